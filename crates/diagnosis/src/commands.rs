@@ -1,6 +1,6 @@
 //! Commands of operators: when they are accepted, and what follows.
 
-use vocabulary::Component;
+use vocabulary::{Component, Step};
 
 use crate::diagnoser::Diagnoser;
 use crate::event::Action;
@@ -135,6 +135,13 @@ impl Diagnoser {
         }
     }
 
+    /// Whether a window from this step on is one that a component's fault would have shown in.
+    fn is_after_detection(&self, from: Step, component: &Component) -> bool {
+        let latest = self.judging.ledger.latest(component);
+        let of_run = latest.filter(|latest| self.run().is_some_and(|run| latest.is_of(run)));
+        of_run.is_none_or(|latest| from > latest.detection)
+    }
+
     /// The reference decides; without one, where the residual was before the fault.
     fn check_evidence_is_gone(
         &self,
@@ -142,7 +149,9 @@ impl Diagnoser {
         component: Component,
     ) -> Result<(), OrderRefusal> {
         match self.comparing.condition(channel) {
-            Condition::Agrees { .. } => Ok(()),
+            Condition::Agrees { from, .. } if self.is_after_detection(*from, &component) => Ok(()),
+            // What it agreed in may have been before the fault.
+            Condition::Agrees { .. } => Err(OrderRefusal::NotCompared(component)),
             Condition::Doubtful { .. } | Condition::Departed { .. } | Condition::OneOf { .. } => {
                 Err(OrderRefusal::StillDeparted(component))
             }

@@ -88,8 +88,8 @@ fn what_is_healthy_agrees_once_it_has_been_compared_and_as_of_when() {
     bench.run(400);
     assert!(bench.diagnoser.conditions().all(|known| *known == Condition::NotCompared));
     bench.run(SETTLED - 400);
-    let as_of = Step(SETTLED - 1);
-    assert!(bench.diagnoser.conditions().all(|known| *known == Condition::Agrees { as_of }));
+    let agrees = Condition::Agrees { from: Step(SETTLED - 1000), as_of: Step(SETTLED - 1) };
+    assert!(bench.diagnoser.conditions().all(|known| *known == agrees));
     bench.run(20_000);
     assert!(bench.transitions().is_empty(), "{:?}", bench.transitions());
 }

@@ -90,7 +90,7 @@ fn shelving(reason: &str) -> Shelving {
 /// It agrees with its reference.
 #[must_use]
 pub fn agreeing(state: FaultTransition) -> FaultTransition {
-    let condition = Condition::Agrees { as_of: Step(9) };
+    let condition = Condition::Agrees { from: Step(1), as_of: Step(9) };
     FaultTransition { condition: Some(condition), ..state }
 }
 

@@ -147,6 +147,9 @@ impl ComponentStore {
         let entry = self.entry(&transition.component);
         entry.fault.enter(&transition);
         transition.identification = entry.fault.latest().map(carried);
+        if let Some(before) = entry.latest.as_ref().filter(|before| transition.continues(before)) {
+            transition.since_unix_ns = before.since_unix_ns;
+        }
         entry.take(transition.clone(), ticket);
         transition
     }

@@ -53,7 +53,7 @@ fn assert_screens(name: &str, model: &Model) {
 }
 
 fn agreeing(component: &str) -> FaultTransition {
-    let condition = Condition::Agrees { as_of: Step(4700) };
+    let condition = Condition::Agrees { from: Step(3701), as_of: Step(4700) };
     FaultTransition { condition: Some(condition), ..state(component, FaultState::Normal, 600) }
 }
 

@@ -16,6 +16,9 @@ pub enum Condition {
     NotCompared,
     /// It agrees with its reference.
     Agrees {
+        /// The first step of the window that was compared: the agreement says nothing of a fault that was found later.
+        #[serde(rename = "from_step")]
+        from: Step,
         /// The last step of the window that was compared.
         #[serde(rename = "as_of_step")]
         as_of: Step,

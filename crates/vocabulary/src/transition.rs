@@ -102,6 +102,8 @@ pub struct FaultTransition {
     pub suppressed: Option<Shelving>,
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     pub durable: bool,
+    /// Since when the component has been in this state \[ns since 1970\]: when its alarm began, whatever was ordered later.
+    pub since_unix_ns: u64,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
 }
@@ -140,6 +142,7 @@ impl FaultTransition {
             shelved: None,
             suppressed: None,
             durable: true,
+            since_unix_ns: time_unix_ns,
             time_unix_ns,
         }
     }
@@ -150,16 +153,32 @@ impl FaultTransition {
         self.verdict.state()
     }
 
+    /// Whether the state is that of an earlier transition, and for the same change: acknowledging, shelving and
+    /// suppressing begin no new alarm.
+    #[must_use]
+    pub fn continues(&self, earlier: &Self) -> bool {
+        let alarm = |transition: &Self| {
+            let state = match transition.state() {
+                FaultState::Acknowledged => FaultState::Latched,
+                other => other,
+            };
+            (state, transition.run, transition.detection_step)
+        };
+        alarm(self) == alarm(earlier)
+    }
+
     /// Its place among the transitions of its module: the higher one is the later one.
     #[must_use]
     pub fn place(&self) -> (u64, u64) {
         (self.incarnation, self.sequence)
     }
 
-    /// Did it agree with its reference in the latest window?
+    /// Did it agree with its reference in the latest window, and did that window begin after its fault was detected?
     #[must_use]
     pub fn is_verified(&self) -> bool {
-        matches!(self.condition, Some(Condition::Agrees { .. }))
+        let Some(Condition::Agrees { from, .. }) = self.condition else { return false };
+        let is_of_present = self.state().is_fault() && !self.run_ended;
+        !(is_of_present && self.detection_step.is_some_and(|detected| from <= detected))
     }
 
     /// Whether its alarm is set aside at present, and which way: of two, the one that ends later.

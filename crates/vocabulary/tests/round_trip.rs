@@ -318,6 +318,7 @@ fn events_are_read_back() {
         shelved: Some(shelving()),
         suppressed: Some(Shelving { on_behalf_of: None, ..shelving() }),
         durable: false,
+        since_unix_ns: 6,
         time_unix_ns: 9,
     };
     assert_eq!(back(&transition), transition);

@@ -14,7 +14,9 @@ pub(crate) fn component(path: &str, state: FaultState) -> FaultTransition {
     let untouched =
         FaultTransition::untouched("tower".parse().unwrap(), path.parse().unwrap(), NOW_NS);
     let condition = Some(match state {
-        FaultState::Normal => Condition::Agrees { as_of: vocabulary::Step(9) },
+        FaultState::Normal => {
+            Condition::Agrees { from: vocabulary::Step(1), as_of: vocabulary::Step(9) }
+        }
         _ => Condition::CannotTell { obstacle: vocabulary::Obstacle::Swinging },
     });
     FaultTransition { verdict: vocabulary::Verdict::example(state), condition, ..untouched }

@@ -320,7 +320,7 @@ impl StateDetector {
         let mut findings = Vec::new();
         for (channel, (track, outcome)) in self.tracks.iter_mut().zip(outcomes).enumerate() {
             let onset = track.agreed.map_or(window_began, |agreed| agreed.plus(1));
-            let found = track.take(outcome, until, onset);
+            let found = track.take(outcome, (window_began, until), onset);
             findings.extend(found.map(|finding| (channel, finding)));
         }
         Conclusion { until, findings }

@@ -89,11 +89,11 @@ impl Track {
         }
     }
 
-    /// Takes what a window that ended at `until` says. A departure began at `onset` or later.
+    /// Takes what a window from one step to another says. A departure began at `onset` or later.
     pub(super) fn take(
         &mut self,
         outcome: WindowOutcome,
-        until: Step,
+        (from, until): (Step, Step),
         onset: Step,
     ) -> Option<WindowFinding> {
         if !matches!(outcome, WindowOutcome::Missing) {
@@ -116,7 +116,7 @@ impl Track {
                 None
             }
             WindowOutcome::Agrees => {
-                self.condition = Condition::Agrees { as_of: until };
+                self.condition = Condition::Agrees { from, as_of: until };
                 self.off = Some(0.0);
                 self.agreed = Some(until);
                 (self.departing, self.certain) = (0, 0);

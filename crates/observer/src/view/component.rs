@@ -26,14 +26,20 @@ impl StateRow {
             state: state_and_aside(state),
             is_set_aside: state.aside().is_some(),
             is_covered: false,
-            // A component that never had a transition has the time of the answer.
-            since_unix_ns: (state.sequence > 0).then_some(state.time_unix_ns),
+            since_unix_ns: since(state),
             kind: identification(state).map(identified).unwrap_or_default(),
             why: reason(state),
             unknown: Vec::new(),
             measured: measured(state),
         }
     }
+}
+
+/// A component that never had a transition has the time of the answer, which is no beginning.
+fn since(state: &FaultTransition) -> Option<u64> {
+    let of_state = (state.sequence > 0).then_some(state.since_unix_ns);
+    let unknown = state.unknown.as_ref().filter(|_| state.state() == FaultState::Unknown);
+    unknown.map_or(of_state, |unknown| Some(unknown.since_unix_ns))
 }
 
 /// What kind of fault a component has, if it has one that was identified.

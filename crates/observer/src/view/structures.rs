@@ -197,7 +197,7 @@ mod tests {
     fn transition(incarnation: u64, sequence: u64, state: FaultState) -> FaultTransition {
         let component = "m1/sensor/g1".parse().unwrap();
         let untouched = FaultTransition::untouched("tower".parse().unwrap(), component, 5);
-        let condition = Condition::Agrees { as_of: Step(9) };
+        let condition = Condition::Agrees { from: Step(1), as_of: Step(9) };
         let verdict = vocabulary::Verdict::example(state);
         FaultTransition { incarnation, sequence, verdict, condition: Some(condition), ..untouched }
     }
@@ -274,7 +274,7 @@ mod tests {
             structures.state(told, None, SECOND);
             state(&structures.scene(1, SECOND))
         };
-        assert_eq!(shown(Condition::Agrees { as_of: Step(9) }), FaultState::Normal);
+        assert_eq!(shown(Condition::Agrees { from: Step(1), as_of: Step(9) }), FaultState::Normal);
         assert_eq!(shown(Condition::NotVerified), FaultState::Normal);
         for condition in [
             Condition::NotCompared,

@@ -269,3 +269,24 @@ fn the_inputs_before_each_transition_are_written_with_it_and_survive_a_new_file(
     store.inputs_of_transition();
     assert_eq!(numbers(&store, "m1"), (43..=170).collect::<Vec<_>>());
 }
+
+#[test]
+fn orders_do_not_change_since_when_a_component_is_in_its_state() {
+    let mut store = store();
+    let mut take = |sequence, state, detected, time_unix_ns| {
+        let given = FaultTransition {
+            detection_step: Some(Step(detected)),
+            since_unix_ns: time_unix_ns,
+            time_unix_ns,
+            ..transition("sensor/g2", sequence, state)
+        };
+        store.transition(given, sequence).since_unix_ns
+    };
+    assert_eq!(take(4, FaultState::Latched, 9, 100), 100);
+    assert_eq!(take(5, FaultState::Latched, 9, 200), 100, "shelved");
+    assert_eq!(take(6, FaultState::Acknowledged, 9, 300), 100);
+    assert_eq!(take(7, FaultState::Normal, 9, 400), 400, "reset");
+    assert_eq!(take(8, FaultState::Normal, 9, 500), 400, "suppressed");
+    assert_eq!(take(9, FaultState::Latched, 12, 600), 600);
+    assert_eq!(take(10, FaultState::Latched, 14, 700), 700, "another change");
+}

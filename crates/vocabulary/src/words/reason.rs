@@ -137,6 +137,24 @@ mod tests {
     }
 
     #[test]
+    fn a_window_before_the_detection_is_no_agreement_of_a_fault() {
+        use crate::{Condition, Step};
+        let again = "it agrees with its reference again";
+        let fault = |from, run_ended| FaultTransition {
+            verdict: Verdict::Latched,
+            detection_step: Some(Step(500)),
+            run_ended,
+            condition: Some(Condition::Agrees { from: Step(from), as_of: Step(from + 999) }),
+            order: None,
+            ..transition(false, false, GivenOrderKind::Acknowledge)
+        };
+        assert_eq!(reason(&fault(1, false)), "");
+        assert_eq!(reason(&fault(500, false)), "");
+        assert_eq!(reason(&fault(501, false)), again);
+        assert_eq!(reason(&fault(1, true)), again, "the steps are those of another run");
+    }
+
+    #[test]
     fn what_is_set_aside_says_until_when_by_whom_and_why_and_says_it_once() {
         let shelved =
             r"shelved until 1970-01-01T00:00:02.000Z by ada (through web): painting\u{1b}[2J";

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 use observer::{StateRow, explained_by};
-use vocabulary::{ComponentPath, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition};
 
 use super::evidence::ModuleAnswers;
 use crate::look;
@@ -59,14 +59,29 @@ pub(super) fn trail(
 }
 
 fn edges(view: &LinkedScene<'_>, transition: &FaultTransition, evidence: &ModuleAnswers) -> Edges {
-    let mut edges = Edges::new();
     let present = view.scene.components().filter(|c| c.structure == transition.structure);
-    // The present overwrites the past, and of the past the latest the earlier ones.
-    let dated =
-        evidence.transitions().map(|one| (one, false)).chain(present.map(|one| (one, true)));
+    standing(evidence.transitions(), present)
+}
+
+/// The explanations that still hold: one ends with the next transition of its effect that is explained by nothing. Of a
+/// component whose module does not report, the latest one in the journal stands, as past.
+fn standing<'a>(
+    journal: impl Iterator<Item = &'a FaultTransition>,
+    present: impl Iterator<Item = &'a FaultTransition>,
+) -> Edges {
+    let mut edges = Edges::new();
+    let dated = journal.map(|one| (one, false)).chain(present.map(|one| (one, true)));
     for (one, present) in dated {
-        if let Some(root) = explained_by(one) {
-            edges.insert(one.component.clone(), Edge { root: root.clone(), present });
+        match explained_by(one) {
+            Some(root) => {
+                // A silent module keeps its latest state.
+                let present = present && one.unknown.is_none();
+                edges.insert(one.component.clone(), Edge { root: root.clone(), present });
+            }
+            None if one.state() == FaultState::Unknown => {}
+            None => {
+                edges.remove(&one.component);
+            }
         }
     }
     edges
@@ -153,6 +168,7 @@ fn node(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vocabulary::Verdict;
 
     fn path(text: &str) -> ComponentPath {
         text.parse().unwrap()
@@ -182,6 +198,40 @@ mod tests {
         assert_eq!(column("m2/sensor/g8"), None);
         let distinct: BTreeSet<_> = places.values().collect();
         assert_eq!(distinct.len(), places.len());
+    }
+
+    #[test]
+    fn an_explanation_ends_when_its_effect_returns_to_normal() {
+        let transition = |verdict| FaultTransition {
+            verdict,
+            ..FaultTransition::untouched("t".parse().unwrap(), path("m1/sensor/g1"), 0)
+        };
+        let by = path("m1/actuator/A1");
+        let explained =
+            || transition(Verdict::Explained { by: by.clone(), since: vocabulary::Step(7) });
+        let unknown = vocabulary::Unknown { since_unix_ns: 1, reason: "not heard".to_owned() };
+        let silent = |of: FaultTransition| of.while_unknown(unknown.clone());
+        let edge = |present| Some(Edge { root: by.clone(), present });
+        for (journal, now, expected) in [
+            (vec![explained()], explained(), edge(true)),
+            (vec![explained()], silent(explained()), edge(false)),
+            (vec![explained()], silent(transition(Verdict::Normal)), edge(false)),
+            (vec![explained()], transition(Verdict::Normal), None),
+            (
+                vec![explained(), transition(Verdict::Normal)],
+                silent(transition(Verdict::Normal)),
+                None,
+            ),
+            (vec![explained(), transition(Verdict::Normal)], transition(Verdict::Latched), None),
+            (vec![transition(Verdict::Latched), explained()], explained(), edge(true)),
+        ] {
+            let standing = standing(journal.iter(), std::iter::once(&now));
+            assert_eq!(
+                standing.get(&path("m1/sensor/g1")),
+                expected.as_ref(),
+                "{journal:?} {now:?}"
+            );
+        }
     }
 
     #[test]
