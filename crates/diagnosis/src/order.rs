@@ -25,7 +25,7 @@ pub enum OrderRefusal {
     #[error("this module has no `{0}`; name one of its actuators or sensors")]
     Unknown(Component),
     /// There is no fault to acknowledge.
-    #[error("`{component}` is {state}; only a latched fault can be acknowledged")]
+    #[error("`{component}` {}; only a latched fault can be acknowledged", standing(.state))]
     NothingToAcknowledge {
         /// The component.
         component: Component,
@@ -34,7 +34,8 @@ pub enum OrderRefusal {
     },
     /// There is nothing to reset.
     #[error(
-        "`{component}` is {state}; only an acknowledged fault or an unconfirmed one can be reset"
+        "`{component}` {}; only an acknowledged fault or an unconfirmed one can be reset",
+        standing(.state)
     )]
     NothingToReset {
         /// The component.
@@ -105,4 +106,25 @@ pub enum OrderRefusal {
         /// The residual at the detection less what it was before the fault \[N\] or \[m\].
         found: f64,
     },
+}
+
+/// A component without a fault may still be one of which nothing is known: it is not called normal.
+fn standing(state: &str) -> String {
+    if state == "normal" { "has no fault".to_owned() } else { format!("is {state}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_fault_is_not_called_normal() {
+        let refused = |state| {
+            let component = "sensor/g7".parse().unwrap();
+            OrderRefusal::NothingToAcknowledge { component, state }.to_string()
+        };
+        let only = "only a latched fault can be acknowledged";
+        assert_eq!(refused("normal"), format!("`sensor/g7` has no fault; {only}"));
+        assert_eq!(refused("explained"), format!("`sensor/g7` is explained; {only}"));
+    }
 }

@@ -50,6 +50,12 @@ impl OrderKind {
         matches!(self, OrderKind::Suppress | OrderKind::Unsuppress)
     }
 
+    /// Whether it is about the verdict, not about the alarm alone.
+    #[must_use]
+    pub fn is_about_verdict(self) -> bool {
+        matches!(self, OrderKind::Acknowledge | OrderKind::Reset)
+    }
+
     /// Whether it begins something that has an end and a reason.
     #[must_use]
     pub fn sets_aside(self) -> bool {

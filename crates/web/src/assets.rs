@@ -7,8 +7,12 @@ use axum::response::IntoResponse;
 pub(crate) const STYLE: &str = include_str!("assets/page.css");
 /// The script.
 pub(crate) const SCRIPT: &str = include_str!("assets/page.js");
-/// The icon.
+/// The icon, and what is red in its place while an alarm needs attention.
 pub(crate) const ICON: &str = include_str!("assets/icon.svg");
+const CALM_FILL: &str = "#1d3b53";
+const ALARM_FILL: &str = "#b3261e";
+pub(crate) const ICON_PATH: &str = "/icon.svg";
+pub(crate) const ALARM_ICON_PATH: &str = "/alarm.svg";
 
 /// Another version of the program has others: they are fetched with every page, and are small.
 const CACHING: &str = "no-cache";
@@ -23,4 +27,9 @@ pub(crate) async fn script() -> impl IntoResponse {
 
 pub(crate) async fn icon() -> impl IntoResponse {
     ([(CONTENT_TYPE, "image/svg+xml"), (CACHE_CONTROL, CACHING)], ICON)
+}
+
+pub(crate) async fn alarm_icon() -> impl IntoResponse {
+    let icon = ICON.replace(CALM_FILL, ALARM_FILL);
+    ([(CONTENT_TYPE, "image/svg+xml"), (CACHE_CONTROL, CACHING)], icon)
 }

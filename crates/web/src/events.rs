@@ -12,6 +12,8 @@ use crate::look;
 use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
 
+/// What the page shows.
+pub(crate) const TITLE: &str = "Events";
 /// Events on the overview, and on the page of their own.
 const FEW: usize = 6;
 const MANY: usize = 200;
@@ -21,7 +23,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
     let scene = app.observed.scene();
     let view = LinkedScene::new(&scene);
     let page = Page {
-        title: "Events",
+        title: TITLE,
         place: "/events",
         live: "page=events".to_owned(),
         viewer: &viewer,

@@ -3,11 +3,11 @@
 use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
-use observer::{NetworkState, Scene};
+use observer::{NetworkState, Scene, alarms};
 use vocabulary::words::printable;
 
 use crate::access::Viewer;
-use crate::look;
+use crate::{assets, look};
 
 /// A page.
 pub(crate) struct Page<'a> {
@@ -43,8 +43,8 @@ impl Page<'_> {
                     meta charset="utf-8";
                     meta name="viewport" content="width=device-width, initial-scale=1";
                     meta name="color-scheme" content="light dark";
-                    title { (self.title) " · trusswatch" }
-                    link rel="icon" href="/icon.svg" type="image/svg+xml";
+                    title #title { (title(self.scene, self.title)) }
+                    link #icon rel="icon" href=(icon(self.scene)) type="image/svg+xml";
                     link rel="stylesheet" href="/page.css";
                     script src="/page.js" defer {}
                 }
@@ -88,6 +88,22 @@ impl Page<'_> {
             }
         }
     }
+}
+
+/// The title of a page, after the number of alarms that need attention: it shows in a tab that nobody looks at.
+pub(crate) fn title(scene: &Scene, words: &str) -> Markup {
+    let attention = attention(scene);
+    html! { @if attention > 0 { "(" (attention) ") " } (words) " · trusswatch" }
+}
+
+/// The address of the icon, which is red while an alarm needs attention.
+pub(crate) fn icon(scene: &Scene) -> Markup {
+    let address = if attention(scene) > 0 { assets::ALARM_ICON_PATH } else { assets::ICON_PATH };
+    html! { (address) }
+}
+
+fn attention(scene: &Scene) -> usize {
+    alarms(&scene.modules).iter().filter(|row| row.urgency.needs_attention()).count()
 }
 
 /// The page of something that is not known.

@@ -44,13 +44,18 @@ pub(crate) async fn page(
     });
     match found {
         Ok(module) => {
-            let title = format!("Module {}", module.module);
+            let title = title(&module.id());
             let live = LivePage::Module(module.id()).parameters();
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
             page.around(&main(&view, &viewer, module))
         }
         Err(problem) => unknown(&viewer, &scene, &problem),
     }
+}
+
+/// What it shows.
+pub(crate) fn title(id: &ModuleId) -> String {
+    format!("Module {}", id.module)
 }
 
 /// What changes in it.

@@ -159,7 +159,10 @@ pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str)
         let OrderOutcome::Obeyed { state, sequence, .. } = outcome else { return None };
         // The state is that of one of its components.
         let now = match subject {
-            OrderSubject::Component(_) => format!("now {state}, transition {sequence}"),
+            OrderSubject::Component(_) if kind.is_about_verdict() => {
+                format!("now {state}, transition {sequence}")
+            }
+            OrderSubject::Component(_) => format!("transition {sequence}"),
             OrderSubject::Module(_) => format!("up to transition {sequence}"),
         };
         let line = format!("{what:<12} {subject} by {by}: {now}");

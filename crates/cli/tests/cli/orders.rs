@@ -61,8 +61,7 @@ async fn alarms_are_set_aside_for_a_time_and_for_a_reason() {
     let (span, reason) = (["--for", "1h 30m"], ["--reason", "painting"]);
     let shelved =
         run(&[&["shelve", "module1/sensor/g1", "module1/sensor/g2"][..], &span, &reason].concat());
-    let line =
-        |gage| format!("shelved      module1/sensor/{gage} by ada: now normal, transition 7\n");
+    let line = |gage| format!("shelved      module1/sensor/{gage} by ada: transition 7\n");
     assert_eq!(shelved, line("g1") + &line("g2"));
     let suppressed = run(&[&["suppress", "module1"][..], &span, &reason].concat());
     assert_eq!(suppressed, "suppressed   module1 by ada: up to transition 7\n");

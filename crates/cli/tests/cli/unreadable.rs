@@ -13,7 +13,8 @@ async fn with_word(place: &str, word: &str) -> StandIn {
     let transition = tower.transition(GAGE, FaultState::Normal, 6);
     let mut text: Value =
         serde_json::from_slice(&vocabulary::encode(&transition).unwrap()).unwrap();
-    text["condition"] = json!({"agreement": "agrees", "from_step": 3712, "as_of_step": 4711, "reason": null});
+    text["condition"] =
+        json!({"agreement": "agrees", "from_step": 3712, "as_of_step": 4711, "reason": null});
     *text.pointer_mut(place).unwrap() = word.into();
     tower.text("module1", Topic::Fault("sensor/g1".parse().unwrap()), text.to_string()).await;
     tower.statuses("module1", ModulePhase::InService, &[]).await;

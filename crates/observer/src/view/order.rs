@@ -132,8 +132,11 @@ impl OrderOutcome {
     #[must_use]
     pub fn words(&self, kind: OrderKind, subject: &str) -> String {
         let words = match self {
-            Self::Obeyed { state, sequence, durable: true } => {
+            Self::Obeyed { state, sequence, durable: true } if kind.is_about_verdict() => {
                 format!("{}: now {state}, transition {sequence}", done(kind))
+            }
+            Self::Obeyed { sequence, durable: true, .. } => {
+                format!("{}: transition {sequence}", done(kind))
             }
             Self::Obeyed { .. } => not_saved(subject.split('/').next().unwrap_or(subject)),
             Self::Refused { reason } => format!("refused: {reason}"),

@@ -319,6 +319,8 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     let words = |outcome: OrderOutcome| outcome.words(OrderKind::Reset, "m1/sensor/g1");
     let obeyed = |durable| OrderOutcome::Obeyed { state: FaultState::Normal, sequence: 7, durable };
     assert_eq!(words(obeyed(true)), "m1/sensor/g1: reset: now normal, transition 7");
+    let suppressed = obeyed(true).words(OrderKind::Suppress, "m1");
+    assert_eq!(suppressed, "m1: suppressed: transition 7", "the verdicts are as before");
     assert!(words(obeyed(false)).contains("carried out but not saved: the disk of `m1`"));
     let refused = OrderOutcome::from(Err(QueryError::Refused("busy\u{1b}".to_owned())));
     assert_eq!(words(refused), r"m1/sensor/g1: refused: busy\u{1b}");

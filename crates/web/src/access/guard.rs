@@ -15,12 +15,14 @@ use maud::html;
 use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::{Access, Person, Visit, certificate, form, headers, plain};
+use crate::assets::{ALARM_ICON_PATH, ICON_PATH};
 use crate::listener::Connection;
 
 /// Where people sign in.
 pub(super) const SIGN_IN: &str = "/sign-in";
 /// What is there for everybody even if pages are not: it says nothing of the structure.
-const OPEN: [&str; 6] = [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", "/icon.svg"];
+const OPEN: [&str; 7] =
+    [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", ICON_PATH, ALARM_ICON_PATH];
 
 /// Why a request goes no further.
 struct Stop {

@@ -5,7 +5,7 @@
   const wanted = document.body.dataset.live;
   const live = document.getElementById("live");
   if (!wanted || !live) return;
-  const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000;
+  const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000, HIDDEN_POLL_MS = 5000;
   let stream = null, polling = null, last = performance.now(), opened = last;
 
   const replace = (element, html) => {
@@ -18,7 +18,8 @@
     last = performance.now();
     for (const { id, html } of parts) {
       const element = document.getElementById(id);
-      if (element) replace(element, html);
+      if (id === "icon") element.href = html;
+      else if (element) replace(element, html);
     }
     show();
   };
@@ -62,7 +63,12 @@
     if (stream && age > RENEW_MS && now - opened > RENEW_MS) open();
   };
   setInterval(show, 500);
-  document.addEventListener("visibilitychange", () => (document.hidden ? stop() : open()));
+  // A hidden page has no stream; its title and icon still tell of an alarm.
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) return open();
+    stop();
+    polling = setInterval(poll, HIDDEN_POLL_MS);
+  });
   addEventListener("pagehide", stop);
   addEventListener("pageshow", (event) => { if (event.persisted) open(); });
   open();

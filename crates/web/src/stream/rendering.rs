@@ -65,6 +65,14 @@ fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -
         (LivePage::Component(_), Some(watch)) => watch.parts(&view),
         (LivePage::Component(_), None) => Vec::new(),
     };
+    let title = match page {
+        LivePage::Overview => Some(scene.summary()),
+        LivePage::Events => Some(events::TITLE.to_owned()),
+        LivePage::Module(id) => Some(module::title(id)),
+        LivePage::Component(id) => scene.state_of(id).map(observer::title),
+    };
+    parts.extend(title.map(|title| part("title", layout::title(&scene, &title))));
+    parts.push(part("icon", layout::icon(&scene)));
     parts.push(part("network", layout::network(&scene)));
     parts.push(part("clock", layout::clock(&scene)));
     parts

@@ -194,6 +194,11 @@ async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
     }
     let (_, polled) = server.text("/fragments?page=overview").await;
     assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
+    // A tab that nobody looks at tells of it, too.
+    assert!(
+        polled.contains(r#""id":"title","html":"("#) && polled.contains("/alarm.svg"),
+        "{polled}"
+    );
     assert_eq!(server.app.streams.pages.len(), 1, "one rendering for all who look");
     let mut component = server.get("/stream?page=component&of=m1/sensor/g1").await;
     let text = until(&mut component, "No freeze frame").await;
