@@ -10,7 +10,7 @@ pub(crate) const SCRIPT: &str = include_str!("assets/page.js");
 /// The icon.
 pub(crate) const ICON: &str = include_str!("assets/icon.svg");
 
-/// Another version of the program has others: they are fetched with every page, and are small.
+/// Another version of the program has different assets: browsers revalidate them with every page; they are small.
 const CACHING: &str = "no-cache";
 
 pub(crate) async fn style() -> impl IntoResponse {
