@@ -1,4 +1,4 @@
-//! The command line: subcommands, and what each takes.
+//! The command line: subcommands and their arguments.
 
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -57,7 +57,7 @@ pub(crate) enum TopCommand {
     Generate(generate::Arguments),
 }
 
-/// The subcommands by who uses them.
+/// The subcommands, grouped by type of user.
 const GROUPS: [(&str, &[&str]); 4] = [
     (
         "Operate",

@@ -1,4 +1,5 @@
-//! Where a client command connects: its flags, then environment variables, then a context of the client file.
+//! Where a client command connects: set by its flags, then by environment variables, then by a context of the client
+//! file.
 //!
 //! ```toml
 //! default = "site"                       # used without --context
@@ -20,11 +21,11 @@ use vocabulary::StructureName;
 
 use crate::failure::Failure;
 
-/// The client file, if it is not in one of the usual places.
+/// The environment variable with the path of the client file, if it is not in one of the usual places.
 const FILE_VARIABLE: &str = "TRUSSWATCH_CLIENT";
 const SYSTEM_FILE: &str = "/etc/trusswatch/client.toml";
 
-/// What a context may set, or what environment variables or flags did.
+/// Settings from a context, from environment variables or from flags.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Context {
@@ -36,7 +37,7 @@ pub(crate) struct Context {
     pub(crate) structure: Option<StructureName>,
 }
 
-/// The file as it is written.
+/// The content of the file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ClientFile {
@@ -46,12 +47,12 @@ struct ClientFile {
 }
 
 impl Context {
-    /// Is a place to look at named?
+    /// Whether it contains an endpoint.
     pub(crate) fn names_a_place(&self) -> bool {
         !self.connect.is_empty() || !self.listen.is_empty() || self.zenoh.is_some()
     }
 
-    /// What is not set here is taken from `other`.
+    /// Takes missing settings from `other`.
     pub(crate) fn or(self, other: Self) -> Self {
         let places = if self.names_a_place() { &self } else { &other }.clone();
         Self {
@@ -64,7 +65,7 @@ impl Context {
         }
     }
 
-    /// `TRUSSWATCH_CONNECT` (endpoints with commas between), `TRUSSWATCH_TLS`, `TRUSSWATCH_STRUCTURE`.
+    /// `TRUSSWATCH_CONNECT` (endpoints separated by commas), `TRUSSWATCH_TLS`, `TRUSSWATCH_STRUCTURE`.
     pub(crate) fn from_environment() -> Result<Self, Failure> {
         Self::from_variables(|name| env::var(name).ok().filter(|value| !value.is_empty()))
     }
@@ -85,8 +86,8 @@ impl Context {
         Ok(Self { connect, tls, structure, ..Self::default() })
     }
 
-    /// The context of this name; without a name the file's default, or its only one. Without a file and a
-    /// name, nothing is set.
+    /// The context with this name; without a name the file's default, or its only one. Without a file and a name, an
+    /// empty context.
     pub(crate) fn from_file(name: Option<&str>) -> Result<Self, Failure> {
         let given = env::var_os(FILE_VARIABLE).map(PathBuf::from);
         let file = given.or_else(|| usual_places().into_iter().find(|file| file.exists()));

@@ -1,4 +1,4 @@
-//! Every command line printed in a document is one that the program takes.
+//! Tests that the program accepts every command line printed in a document.
 
 use std::fs;
 use std::path::{Path, PathBuf};

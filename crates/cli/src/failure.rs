@@ -1,4 +1,4 @@
-//! How a command ends when it does not end well: an exit code and lines on standard error.
+//! Failures of commands: an exit code, and messages on standard error.
 
 use std::fmt::Display;
 use std::io::{self, Write};
@@ -43,7 +43,7 @@ impl Failure {
         Failure { exit_code: 1, messages: Vec::new() }
     }
 
-    /// A signal ended it before it was done.
+    /// A signal ended the command before it was done.
     pub(crate) fn interrupted(message: impl Into<String>) -> Failure {
         Failure::new(130, message)
     }
@@ -53,42 +53,42 @@ impl Failure {
         Failure::new(2, message)
     }
 
-    /// A file that cannot be used.
+    /// A file is not usable.
     pub(crate) fn input(message: impl Into<String>) -> Failure {
         Failure::new(3, message)
     }
 
-    /// Files that cannot be used, for each of these reasons.
+    /// Files are not usable, for these reasons.
     pub(crate) fn inputs(messages: Vec<String>) -> Failure {
         Failure { exit_code: 3, messages }
     }
 
-    /// A file or directory that cannot be read.
+    /// A file or directory cannot be read.
     pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
         Failure::input(format!("cannot read `{}`: {error}", path.display()))
     }
 
-    /// A file or directory that cannot be written.
+    /// A file or directory cannot be written.
     pub(crate) fn unwritable(path: &Path, error: impl Display) -> Failure {
         Failure::runtime(format!("cannot write `{}`: {error}", path.display()))
     }
 
-    /// The network.
+    /// A network failure.
     pub(crate) fn network(message: impl Into<String>) -> Failure {
         Failure::new(4, message)
     }
 
-    /// The operation failed, for each of these reasons.
+    /// The operation failed, for these reasons.
     pub(crate) fn runtimes(messages: Vec<String>) -> Failure {
         Failure { exit_code: 1, messages }
     }
 
-    /// Done, but not saved, for each of these reasons.
+    /// Done but not saved, for these reasons.
     pub(crate) fn not_saved(messages: Vec<String>) -> Failure {
         Failure { exit_code: 5, messages }
     }
 
-    /// The network, for each of these reasons.
+    /// Network failures, for these reasons.
     pub(crate) fn networks(messages: Vec<String>) -> Failure {
         Failure { exit_code: 4, messages }
     }
@@ -109,14 +109,14 @@ impl Failure {
     }
 }
 
-/// Configurations with mistakes.
+/// Errors in configurations.
 impl From<ConfigErrors> for Failure {
     fn from(errors: ConfigErrors) -> Failure {
         Failure::inputs(errors.0.iter().map(ToString::to_string).collect())
     }
 }
 
-/// The network does not say who is there.
+/// Presence cannot be observed on the network.
 impl From<AttendanceError> for Failure {
     fn from(error: AttendanceError) -> Failure {
         Failure::network(error.to_string())

@@ -1,4 +1,4 @@
-//! `trusswatch follow`: verdicts, kinds of faults, phases and presence as they are published, one line each.
+//! `trusswatch follow`: prints verdicts, kinds of faults, phases and presence as they are published, one line each.
 
 use observer::{EventLine, Live, News, ObservedEvent};
 use serde::Serialize;
@@ -59,14 +59,14 @@ fn print(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<(),
     })
 }
 
-/// For machines. A message has its own time.
+/// The JSON document of an event. A message includes its own time.
 fn document(event: &ObservedEvent) -> impl Serialize {
     let has_time = matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
     let time = if has_time { json!({}) } else { json!({ "time_unix_ns": event.time_unix_ns }) };
     output::with(&event.news, time)
 }
 
-/// For people: when, where if several structures may be seen, who, what, why.
+/// The line of an event: time, structure if several may occur, subject, event, reason.
 fn line(event: &EventLine, names_structure: bool, paint: Paint) -> String {
     let EventLine { time_unix_ns, who, what, why, tone, .. } = event;
     let place = event.structure.as_ref().map_or(NOTHING, StructureName::as_str);

@@ -1,5 +1,5 @@
-//! `trusswatch completions`, and `trusswatch generate`: manual pages and completions of all three programs, from the very
-//! command lines that they take. The latter is for packagers, therefore hidden.
+//! `trusswatch completions`, and `trusswatch generate`: manual pages and completions of all three programs, generated
+//! from their command lines. The latter is for packagers and therefore hidden.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -71,7 +71,7 @@ fn write_completions(
     Ok(())
 }
 
-/// A directory that is there afterwards.
+/// Creates a directory unless it exists.
 fn make(directory: &Path) -> Result<(), Failure> {
     fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))
 }

@@ -1,7 +1,7 @@
-//! The command line: one subcommand, one module.
+//! The command line: one module per subcommand.
 //!
-//! Exit codes: 0 done; 1 operation failed; 2 usage; 3 an input or configuration that cannot be
-//! used; 4 the network; 130 interrupted before it was done.
+//! Exit codes: 0 done; 1 operation failed; 2 usage; 3 invalid input or configuration; 4 network failure; 130
+//! interrupted before it was done.
 
 mod calibrate;
 mod certificates;
@@ -51,15 +51,15 @@ use clap::FromArgMatches;
 
 use command_line::{CommandLine, TopCommand};
 
-/// Parses the command line and runs the subcommand. Called by the name of another program of ours, it is
-/// that program.
+/// Parses the command line and runs the subcommand. Under the name of another of the three programs, it runs as that
+/// program.
 #[must_use]
 pub fn run() -> ExitCode {
     if let Some(main) = other_program() {
         return main();
     }
     let parsed = CommandLine::from_arg_matches(&command_line::command().get_matches());
-    // What clap matched is what the types were derived from.
+    // The matches come from the command that these types define.
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         TopCommand::Model(arguments) => model::run(&arguments),
         TopCommand::Detect(arguments) => detect::run(&arguments),
@@ -103,14 +103,14 @@ fn programs() -> [clap::Command; 3] {
     [command_line::command(), daemon::diagnoser::command_line(), daemon::plant::command_line()]
 }
 
-/// A whole program.
+/// The main function of a program.
 type Main = fn() -> ExitCode;
 
-/// The other programs by their names: for images in which every byte counts, one file is all of them.
+/// The other programs by name: in images where size matters, one file contains all of them.
 const OTHERS: [(&str, Main); 2] =
     [("trusswatch-diagnoser", daemon::diagnoser::main), ("trusswatch-plant", daemon::plant::main)];
 
-/// The program by whose name this file was called, unless that is `trusswatch` or no name of ours.
+/// The program whose name was used to start this file; `None` for `trusswatch` and unknown names.
 fn other_program() -> Option<Main> {
     named(&std::env::args_os().next()?)
 }

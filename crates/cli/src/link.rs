@@ -1,4 +1,4 @@
-//! The operator's way onto the network: what the commands take for it, and the session.
+//! The network connection of client commands: their arguments, and the session.
 
 use std::future::Future;
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use zenoh::Session;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Longest time that may be waited for anything.
+/// Longest timeout that may be specified.
 const LONGEST_S: f64 = 3600.0;
 
 const AFTER_HELP: &str = "\
@@ -59,17 +59,17 @@ enum LinkMode {
     Peer,
 }
 
-/// A place on the network and what is wanted of it: flags, environment and client file together.
+/// The resolved connection: flags, environment and client file combined.
 #[derive(Debug, Clone)]
 pub(crate) struct LinkTarget {
     network: Network,
-    /// Only this structure; otherwise every one that is seen.
+    /// The structure to show; otherwise all observed structures.
     pub(crate) structure: Option<StructureName>,
-    /// Longest wait for the connection, for modules to appear, and for each answer.
+    /// Timeout of the connection, of the appearance of modules, and of each answer.
     pub(crate) timeout: Duration,
 }
 
-/// Reads a span of time.
+/// Parses a duration.
 pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| *s > 0.0 && *s <= LONGEST_S);
     let right = || format!("use seconds, more than 0 and at most {LONGEST_S}");
@@ -77,7 +77,7 @@ pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Link {
-    /// Resolves what the flags leave open.
+    /// Resolves settings that the flags leave open.
     pub(crate) fn target(&self) -> Result<LinkTarget, Failure> {
         let NetworkFlags { listen, connect, tls } = self.network.clone();
         let mode = self.mode.map(|mode| match mode {
@@ -105,12 +105,12 @@ impl Link {
 }
 
 impl LinkTarget {
-    /// The operator whose certificate is shown, if it is one's.
+    /// The operator in the certificate, if it belongs to an operator.
     pub(crate) fn operator(&self) -> Option<OperatorName> {
         self.network.operator()
     }
 
-    /// The place on the network, for a process that waits for it as long as it takes.
+    /// The network configuration, for a process that waits for the network without limit.
     pub(crate) fn network(&self) -> &Network {
         &self.network
     }
@@ -123,20 +123,20 @@ impl LinkTarget {
         session::open(&self.network).await.map_err(unusable)
     }
 
-    /// A client waits for its router, without limit if its settings allow it: opening a session
-    /// cannot be given up from outside.
+    /// Opens a session as a client. A client may wait for its router without limit, and this cannot be cancelled from
+    /// outside.
     async fn open_as_client(&self) -> Result<Session, Failure> {
         let mut settings = session::settings(&self.network).map_err(unusable)?;
         let timeout_ms = self.timeout.as_millis().max(1).to_string();
         settings.insert_json5("connect/timeout_ms", &timeout_ms).map_err(unusable)?;
-        // Zenoh's own words are about its source.
+        // Zenoh's own message is about its source code.
         zenoh::open(settings).await.map_err(|_| {
             let (places, timeout) = (self.places(), self.timeout);
             Failure::network(format!("no connection to {places} within {timeout:?}"))
         })
     }
 
-    /// Opens a session, does this with it, and closes it whatever came of that.
+    /// Opens a session, runs this with it, and always closes it.
     pub(crate) fn with_session<T>(
         &self,
         work: impl AsyncFnOnce(&Session) -> Result<T, Failure>,
@@ -149,7 +149,7 @@ impl LinkTarget {
         })
     }
 
-    /// How the places looked at are called.
+    /// A name for the observed places.
     pub(crate) fn places(&self) -> String {
         let endpoints: Vec<&str> =
             self.network.connect.iter().chain(&self.network.listen).map(String::as_str).collect();
@@ -159,7 +159,7 @@ impl LinkTarget {
         }
     }
 
-    /// No module was seen.
+    /// The error if no module was seen.
     pub(crate) fn no_module(&self) -> Failure {
         let (places, timeout) = (self.places(), self.timeout);
         let owner =
@@ -168,12 +168,12 @@ impl LinkTarget {
     }
 }
 
-/// Runs what has to do with the network.
+/// Runs a future that uses the network.
 pub(crate) fn block_on<T>(future: impl Future<Output = Result<T, Failure>>) -> Result<T, Failure> {
     runtime()?.block_on(future)
 }
 
-/// The same for the last thing that a process does: a session that is being opened is not waited for.
+/// Likewise for the last operation of a process: does not wait for a session that is still being opened.
 pub(crate) fn block_on_and_leave<T>(
     future: impl Future<Output = Result<T, Failure>>,
 ) -> Result<T, Failure> {

@@ -1,4 +1,4 @@
-//! `trusswatch model`: what a description of a structure amounts to.
+//! `trusswatch model`: summarises, draws or exports a structure.
 
 use std::fs;
 use std::io::{self, Write};
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// Reads a description, or reports every mistake in it.
+/// Reads a description, or reports all errors in it.
 pub(crate) fn read(file: &Path) -> Result<Structure, Failure> {
     let name = file.display();
     let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;

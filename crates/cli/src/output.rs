@@ -1,4 +1,4 @@
-//! What commands print: text, or JSON objects that begin with the version of their format, as messages do.
+//! The output of commands: text, or JSON objects that, like messages, begin with the version of their format.
 
 use std::io::{self, Write};
 
@@ -8,14 +8,14 @@ use vocabulary::VERSION;
 
 use crate::failure::Failure;
 
-/// Prints text on standard output, at once.
+/// Prints text on standard output and flushes it.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
 }
 
-/// An object and its version.
+/// An object with its version.
 #[derive(Serialize)]
 struct VersionedDocument<'a, D> {
     v: u64,
@@ -23,7 +23,7 @@ struct VersionedDocument<'a, D> {
     document: &'a D,
 }
 
-/// The object on lines of its own, with a line end.
+/// The object on several lines, with a line end.
 pub(crate) fn text<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
     Ok(serde_json::to_string_pretty(&VersionedDocument { v: VERSION, document })? + "\n")
 }
@@ -41,7 +41,7 @@ struct Extended<M> {
     fields: Value,
 }
 
-/// The message with further fields, which are an object.
+/// The message with additional fields, given as an object.
 pub(crate) fn with<M: Serialize>(message: M, fields: Value) -> impl Serialize {
     Extended { message, fields }
 }

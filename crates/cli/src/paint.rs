@@ -1,4 +1,4 @@
-//! Colours, on terminals.
+//! Colours for terminals.
 
 use anstream::{AutoStream, ColorChoice};
 use anstyle::{AnsiColor, Style};
@@ -14,7 +14,7 @@ pub(crate) enum Colour {
     Dim,
 }
 
-/// The colour of a tone; none if it is calm.
+/// The colour of a tone; `None` for a calm one.
 pub(crate) fn tone_colour(tone: Tone) -> Option<Colour> {
     match tone {
         Tone::Alarm => Some(Colour::Red),
@@ -24,15 +24,15 @@ pub(crate) fn tone_colour(tone: Tone) -> Option<Colour> {
     }
 }
 
-/// Paints text, or leaves it alone.
+/// Colours text, or leaves it unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Paint(bool);
 
 impl Paint {
-    /// Leaves text alone.
+    /// Leaves text unchanged.
     pub(crate) const NONE: Paint = Paint(false);
 
-    /// Paints if the output is a terminal that has colours and `NO_COLOR` is not set (<https://no-color.org>).
+    /// Colours text if the output is a terminal with colours and `NO_COLOR` is not set (<https://no-color.org>).
     pub(crate) fn of_stdout() -> Paint {
         Paint(AutoStream::choice(&std::io::stdout()) != ColorChoice::Never)
     }

@@ -1,4 +1,4 @@
-//! An order to the simulated plant: found, given, and what it means if it is not obeyed.
+//! Sends an order to the simulated plant, and interprets a failure.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use crate::failure::Failure;
 use crate::link::{Link, LinkTarget};
 use vocabulary::words::printable;
 
-/// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` gets the
-/// structure and how long to wait.
+/// Sends an order about a component to the plant, and returns the plant's structure and reply. `send` receives the
+/// structure and the timeout.
 pub(crate) fn give<R>(
     link: &Link,
     component: &Mention,
@@ -26,7 +26,7 @@ pub(crate) fn give<R>(
     })
 }
 
-/// The structure whose plant is there. One of several is not guessed at.
+/// The structure with a plant; several are ambiguous and refused.
 async fn home(session: &Session, link: &LinkTarget) -> Result<StructureName, Failure> {
     let mut seen = observer::plants(session, link.structure.as_ref(), link.timeout).await?;
     if seen.len() > 1 {

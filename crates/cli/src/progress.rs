@@ -1,15 +1,14 @@
-//! WorkProgress of long work on standard error: a bar with the time left on a terminal, now and then a
-//! line elsewhere.
+//! Progress of long work on standard error: a bar with the remaining time on a terminal, occasional lines elsewhere.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// Lines that report the progress where there is no terminal.
+/// Number of progress lines printed without a terminal.
 const LINES: u64 = 10;
 
-/// How far work has come that several threads do.
+/// The progress of work done by several threads.
 pub(crate) struct WorkProgress {
     what: &'static str,
     unit: &'static str,
@@ -45,7 +44,7 @@ impl WorkProgress {
         }
     }
 
-    /// One more is done.
+    /// Records that one more item is done.
     pub(crate) fn advance(&self) {
         self.bar.inc(1);
         let before = self.done.fetch_add(1, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! `trusswatch record`: what is published, as MCAP files; and damaged files mended.
+//! `trusswatch record`: records published messages as MCAP files, and repairs damaged files.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -19,7 +19,7 @@ use crate::link::Link;
 use crate::output;
 use crate::table::{table, terminal_width};
 
-/// From one line in the log to the next, where there is no terminal.
+/// Interval of log lines without a terminal.
 const LINE_EVERY: Duration = Duration::from_secs(60);
 const MIB: u64 = 1 << 20;
 const MINUTE_NS: u64 = 60_000_000_000;
@@ -121,7 +121,7 @@ fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
     })
 }
 
-/// What was recorded, for machines.
+/// The JSON document of the summary.
 fn document(report: &RecorderReport) -> Value {
     json!({
         "files": report.files,
@@ -133,7 +133,7 @@ fn document(report: &RecorderReport) -> Value {
     })
 }
 
-/// The same for people.
+/// The summary in readable form.
 fn text(report: &RecorderReport) -> String {
     let mut table = table(&["topic", "messages", "lost"]);
     table.align_right([1, 2]);
@@ -152,7 +152,7 @@ fn text(report: &RecorderReport) -> String {
     text
 }
 
-/// One line that changes on a terminal; elsewhere one a minute in the log.
+/// A line that is updated on a terminal; elsewhere a log line each minute.
 struct ProgressLine {
     bar: ProgressBar,
     is_terminal: bool,

@@ -1,8 +1,7 @@
-//! `trusswatch router`: a router that enforces access control.
+//! `trusswatch router`: runs a router that enforces access control.
 //!
-//! It is a Zenoh session in the mode of a router and nothing else, for networks without Zenoh's own
-//! `zenohd`. What access control refuses is logged. The watchdog heartbeat is sent for as long as a
-//! query without a recipient passes through the router and returns.
+//! It is only a Zenoh session in router mode, for networks without Zenoh's own `zenohd`. It logs access control
+//! refusals. The watchdog heartbeat is sent while queries without a recipient pass through the router and return.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,11 +16,11 @@ use shell::{logging, runtime};
 use vocabulary::keys::UNOWNED;
 use zenoh::Session;
 
-/// The status while it runs.
+/// The status while the router runs.
 const FORWARDING: &str = "forwarding messages under access control";
-/// From one query without a recipient to the next.
+/// Interval of queries without a recipient.
 const EVERY: Duration = Duration::from_millis(250);
-/// The query ends without an answer within this time.
+/// Timeout of such a query.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Route messages between modules, operators and observers, and enforce access control
@@ -62,7 +61,7 @@ fn forward(network: &Network) -> Result<(), Failure> {
     })
 }
 
-/// The session runs by itself; a query through its tables shows that it does.
+/// Monitors the session, which runs on its own: a query through its tables shows that it works.
 async fn serve(session: &Session, supervisor: &Supervisor, mut shutdown: Shutdown) {
     loop {
         tokio::select! {
@@ -76,7 +75,7 @@ async fn serve(session: &Session, supervisor: &Supervisor, mut shutdown: Shutdow
     }
 }
 
-/// Sends a query without a recipient, and waits for its end; false if it was answered or failed.
+/// Sends a query without a recipient and waits for its end; false if it was answered or failed.
 async fn ends_unanswered(session: &Session) -> bool {
     let Ok(replies) = session.get(UNOWNED).timeout(TIMEOUT).await else { return false };
     while let Ok(reply) = replies.recv_async().await {

@@ -1,4 +1,4 @@
-//! `trusswatch schema`: the messages, for programs that are written by others.
+//! `trusswatch schema`: the message schemas, for programs of third parties.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Write};
@@ -86,7 +86,7 @@ fn list() -> Result<(), Failure> {
     Ok(writeln!(io::stdout(), "{}", table.text(terminal_width()))?)
 }
 
-/// Checks for each line whether it is such a message.
+/// Checks each line for being a valid message.
 fn check(entry: &Entry, file: &Path) -> Result<(), Failure> {
     let mut lines = open(file)?;
     let (mut count, mut refused) = (0_u64, Vec::new());
@@ -111,7 +111,7 @@ fn open(file: &Path) -> Result<Box<dyn BufRead>, Failure> {
     Ok(Box::new(BufReader::new(opened)))
 }
 
-/// The next line without its end. No more of it is kept than shows that it is too long for a message.
+/// The next line without its end. A line too long for a message is truncated to a length that shows this.
 fn next(lines: &mut impl BufRead, file: &Path) -> Result<Option<Vec<u8>>, Failure> {
     let failed = |error: io::Error| Failure::unreadable(file, error);
     let mut line = Vec::new();

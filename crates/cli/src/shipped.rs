@@ -1,4 +1,4 @@
-//! The shipped configurations, carried by the program itself.
+//! The shipped configurations, embedded in the program.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,15 +20,15 @@ macro_rules! shipped {
 
 /// The plant of the tower.
 pub(crate) const PLANT: Shipped = shipped!("plant.toml");
-/// The plant in weather that is the same in all modules, and in weather of each module's own.
+/// The plant in weather common to all modules, and in separate weather for each module.
 pub(crate) const WEATHER_ALIKE: Shipped = shipped!("weather/alike.toml");
 pub(crate) const WEATHER_UNEVEN: Shipped = shipped!("weather/uneven.toml");
 /// The diagnosers of its modules.
 pub(crate) const MODULES: [Shipped; 2] = [shipped!("module1.toml"), shipped!("module2.toml")];
-/// The diagnosers of its modules as the paper has them.
+/// The diagnosers of its modules with the settings of the paper.
 pub(crate) const PAPER_MODULES: [Shipped; 2] =
     [shipped!("paper/module1.toml"), shipped!("paper/module2.toml")];
-/// What those refer to.
+/// The files that those refer to.
 pub(crate) const OTHERS: [Shipped; 9] = [
     shipped!("tower.toml"),
     shipped!("tower/module1.structure.toml"),
@@ -42,12 +42,12 @@ pub(crate) const OTHERS: [Shipped; 9] = [
 ];
 
 impl Shipped {
-    /// Writes the file to its place in this directory, and returns where that is.
+    /// Writes the file to its place in this directory; returns its path.
     pub(crate) fn write(self, directory: &Path) -> Result<PathBuf, Failure> {
         self.write_as(directory, self.text)
     }
 
-    /// Writes another text to the file's place in this directory, and returns where that is.
+    /// Writes a different text to the file's place in this directory; returns its path.
     pub(crate) fn write_as(self, directory: &Path, text: &str) -> Result<PathBuf, Failure> {
         let file = directory.join(self.path);
         let folder = file.parent().unwrap_or(directory);
@@ -58,7 +58,7 @@ impl Shipped {
     }
 }
 
-/// An empty directory that is removed when it is dropped.
+/// An empty temporary directory that is removed when dropped.
 pub(crate) fn temporary_directory(prefix: &str) -> Result<tempfile::TempDir, Failure> {
     tempfile::Builder::new()
         .prefix(prefix)

@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     link: Link,
 }
 
-/// Reads a size. Its bounds are the plant's.
+/// Parses a size; the plant checks its range.
 fn size(text: &str) -> Result<f64, String> {
     let size = text.parse::<f64>().ok().filter(|size| *size > 0.0 && size.is_finite());
     size.ok_or_else(|| "use a finite number above 0".to_owned())
@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 impl Arguments {
-    /// The command, checked before anything is sent.
+    /// The command, checked before it is sent.
     fn stroke(&self) -> Result<Stroke, Failure> {
         let Arguments { force_n, duration_s, largest_strain, .. } = *self;
         let component = self.component.clone();

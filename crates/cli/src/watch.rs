@@ -57,7 +57,8 @@ fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<ViewSettings, 
     })
 }
 
-/// Who gives orders. A certificate that is no operator's gives none: access control would not admit them.
+/// The issuer of orders. A certificate that does not belong to an operator permits none, because access control would
+/// deny them.
 fn issuer(
     arguments: &Arguments,
     target: &LinkTarget,
@@ -68,7 +69,7 @@ fn issuer(
     }
     match order::issuer(arguments.by.as_deref(), operator.as_ref()) {
         Ok(by) => Ok(Ok(OrderIssuer { by, operator })),
-        // Looking needs no name.
+        // Observing needs no name.
         Err(failure) if arguments.by.is_none() => Ok(Err(failure.in_words())),
         Err(failure) => Err(failure),
     }

@@ -22,8 +22,7 @@ pub(crate) fn refuse(query: &Query, reason: String) {
     });
 }
 
-/// Encodes and hands over. A session that is closing takes nothing; that is only
-/// logged.
+/// Encodes and sends a message. Errors, e.g. of a session that is closing, are only logged.
 pub(crate) fn put<M: Message>(message: &M, send: impl FnOnce(Vec<u8>) -> zenoh::Result<()>) {
     match vocabulary::encode(message) {
         Ok(bytes) => {

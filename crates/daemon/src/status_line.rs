@@ -1,5 +1,5 @@
-//! The one-line status that `systemctl status` shows: phase, step, faults, lag. It begins with `degraded`
-//! whenever no reported fault does not mean that there is none.
+//! The one-line status shown by `systemctl status`: phase, step, faults, lag. It begins with `degraded` whenever the
+//! absence of reported faults does not prove the absence of faults.
 
 use vocabulary::{ModulePhase, ModuleStatus, PlantPhase, PlantStatus};
 

@@ -87,7 +87,8 @@ impl ChangeLog {
         let latest = self.changes.iter_mut().rev();
         match latest.into_iter().find(|c| c.channel == channel && c.step <= step.plus(tie)) {
             Some(change) if change.step > step => {}
-            // After a gap nobody saw that it had become quiet; by the steps it had.
+            // During a gap no step was seen below the threshold, but by the number of steps the earlier change has
+            // ended.
             Some(change) if change.ended_as_of(step.minus(1), quiet_steps).is_some() => {
                 self.push(LoggedChange::new(channel, step, step, ratio));
             }

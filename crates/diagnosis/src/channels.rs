@@ -80,7 +80,7 @@ pub(crate) struct Channels {
     recent: Recent,
     /// What is subtracted before a comparison with the reference: of a gage \[m\], of an oil content \[Pa\].
     tares: Vec<f64>,
-    /// What goes into the windows: residuals, forces, oil contents; not a number where there is none.
+    /// The values for the windows: residuals, forces, oil contents; NaN without a value.
     measured: [Vec<f64>; 3],
     phase: ModulePhase,
     /// The step since which every channel is watched, in service.
@@ -317,8 +317,8 @@ impl Channels {
         windows.latest().filter(|_| *ended)
     }
 
-    /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a
-    /// pressure, everything is, for the structure was moved by a force that nobody knows.
+    /// Replaces what the sample lacks. A channel that has a value again after a while is relearnt; after missing
+    /// pressures all channels are relearnt, because an unknown force has moved the structure.
     fn complete(&mut self, sample: &Sample) {
         let Self { validity, generator, occurrences, bank, monitors, .. } = self;
         for (channel, monitor) in monitors.iter_mut().enumerate() {
@@ -341,8 +341,8 @@ impl Channels {
         }
     }
 
-    /// D/γ of a channel, less what the demand's motion explains of it, though not less than 1: D grows with the fourth
-    /// power of what the residual is off.
+    /// D/γ of a channel, reduced by the part that the demand's motion explains, but not below 1: D grows with the
+    /// fourth power of the residual's deviation.
     pub(crate) fn excess(&self, channel: usize) -> f64 {
         let evidence = &self.evidence[channel];
         let (ratio, margin) = (evidence.ratio(), self.generator.margin_n(channel));
@@ -354,8 +354,8 @@ impl Channels {
         (ratio * left.powi(4)).max(1.0)
     }
 
-    /// Could the present residual come of what the models do not know of the latest gap, if it began there? A gage's
-    /// cannot: the structure is slow.
+    /// Whether the present residual may result from model errors due to the latest gap, if it began there. A gage's
+    /// residual cannot, because the structure is slow.
     pub(crate) fn may_come_of_gap(&self, channel: usize) -> bool {
         let evidence = &self.evidence[channel];
         self.layout.gage(channel).is_none()
@@ -384,7 +384,7 @@ impl Channels {
 
     /// Notes whether every channel was watched at this step; the phase, if it changed.
     pub(crate) fn update_phase(&mut self, step: Step) -> Option<Action> {
-        // After a gap there is no divergence for a while, and nothing is seen.
+        // For a while after a gap the divergence is undefined, and changes cannot be detected.
         let sees = |(channel, monitor): (usize, &Monitor)| {
             let has_divergence = self.evidence[channel].divergence.is_some();
             // One that is known to be faulty is not waited for.

@@ -8,7 +8,7 @@ use crate::order::{Order, OrderRefusal};
 use crate::state::Condition;
 use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 
-/// A residual displaced by less than this share of what was found is back.
+/// A residual displaced by less than this share of the displacement found has returned to normal.
 const STILL_DISPLACED: f64 = 0.5;
 
 impl Diagnoser {

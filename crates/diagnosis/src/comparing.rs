@@ -20,7 +20,7 @@ use crate::state::{
 };
 use vocabulary::{Doubt, Evidence, Symptom, Verdict};
 
-/// Windows in which one of several suspects has to agree before it is no longer one.
+/// Windows in which one of several suspects has to agree before it is cleared.
 const CLEARED: u32 = 10;
 
 /// The comparison with the reference, if there is one.
@@ -97,7 +97,7 @@ impl Comparing {
         (0..channels.components().len()).all(quiet)
     }
 
-    /// Takes a peer's answer; `None` if there is none.
+    /// Handles a peer's answer; `None` if the peer did not answer.
     pub(crate) fn answered(
         &mut self,
         (peer, question, answer): (&ModuleName, Question, Option<Answer>),

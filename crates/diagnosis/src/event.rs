@@ -98,15 +98,15 @@ pub enum Action {
     /// Identify a fault ([`crate::identification::identify`]), which takes milliseconds: at leisure, and publish what comes
     /// of it.
     Identify(Box<Excerpt>),
-    /// What was seen around the latching of a fault, for whoever looks into it later. No verdict depends on it.
+    /// The signals around the latching of a fault, for later analysis. No verdict depends on them.
     Freeze {
         /// The component that was latched.
         component: Component,
-        /// What was seen.
+        /// The signals.
         signals: Box<FrozenSignals>,
     },
-    /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Once
-    /// more, with its last step, when it is over.
+    /// The ratio of a change is final: peers receive this value from now on, and it is to be stored. Repeated with the
+    /// change's last step when the change ends.
     Settled {
         /// The run that the step is counted in.
         run: RunId,

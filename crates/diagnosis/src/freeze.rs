@@ -31,7 +31,7 @@ impl Freezing {
         }
     }
 
-    /// Takes notice of what is published.
+    /// Observes the published transitions.
     pub(crate) fn note(&mut self, actions: &[Action]) {
         for action in actions {
             let Action::Publish(transition) = action else { continue };

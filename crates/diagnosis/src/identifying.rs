@@ -27,7 +27,7 @@ const BEFORE_DETECTION_S: f64 = 3.5;
 /// How the gages move together is learnt from what is before that, no longer than this before the onset \[s\]: by the same
 /// steps a gage would follow from the others better than it does.
 const LEARN_S: f64 = 4.5;
-/// What a closed valve may let through, as a share of what an open one does.
+/// Largest flow through a closed valve, as a share of an open valve's flow.
 const NULL_FLOW: f64 = 0.02;
 /// So long every second, then every ten \[s\].
 const EVERY_SECOND_FOR_S: f64 = 60.0;
@@ -114,7 +114,8 @@ impl Identifying {
         self.faulty.fill(None);
     }
 
-    /// Begins with what has become faulty, ends with what is no longer, and has identified what is due.
+    /// Starts tracking components that became faulty, stops tracking those that are not faulty any more, and requests
+    /// the identifications that are due.
     pub(crate) fn follow(&mut self, ledger: &Ledger, handling: &mut Handling<'_>) {
         let Handling { run, now, channels, .. } = *handling;
         for channel in 0..self.faulty.len() {

@@ -112,7 +112,7 @@ impl Judging {
     pub(crate) fn follow(&mut self, handling: &mut Handling<'_>) {
         let Handling { run, now: step, channels, .. } = *handling;
         let log = &mut self.isolator.log;
-        // What a channel shows while it warms up is no change, and not the size of one either.
+        // During warm-up a channel's divergence counts neither as a change nor as the size of one.
         log.follow(step, |channel| match channels.monitor(channel).is_watched() {
             true => channels.excess(channel),
             false => 0.0,
@@ -155,7 +155,7 @@ impl Judging {
     fn enter(&mut self, case: &Case, finding: Finding, handling: &mut Handling<'_>) {
         let Handling { run, now, channels, .. } = *handling;
         let (verdict, decided) = match finding {
-            // What nobody could judge is back, or leaves the interval: that tells no more than it did.
+            // A change that could not be judged recurs or leaves the interval, which adds no information.
             Finding::Judged(Judgement::Again)
                 if self.ledger.verdict(case.channel).is_undecidable() =>
             {
@@ -186,8 +186,8 @@ impl Judging {
         self.close_after(case.channel, now, handling);
     }
 
-    /// A verdict was given as of a step: suspects beside one that has been declared faulty are none any more, and an
-    /// explained change that is over is closed.
+    /// Acts on a verdict as of a step: acquits suspects beside a component declared faulty, and closes explained
+    /// changes that have ended.
     fn close_after(&mut self, channel: usize, as_of: Step, handling: &mut Handling<'_>) {
         if self.has_reference {
             handling.publish(self.ledger.acquit(as_of));
@@ -216,7 +216,7 @@ impl Judging {
         handling.publish(self.ledger.acquit(decided));
     }
 
-    /// An explained change that is over leaves nothing, once nobody's word is needed for that.
+    /// Closes an explained change that has ended, once that does not depend on a peer's confirmation.
     pub(crate) fn close_explained(
         &mut self,
         channel: usize,

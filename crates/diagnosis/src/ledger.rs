@@ -67,7 +67,7 @@ impl Detection {
 }
 
 impl ComponentVerdict {
-    /// A transition that no order led to. That the alarm is set aside stays.
+    /// A transition without an order. The alarm stays shelved or suppressed.
     fn transition(
         &self,
         (sequence, run): (u64, RunId),
@@ -218,8 +218,8 @@ impl Ledger {
         acquitted.into_iter().filter_map(|channel| self.clear(channel, decided)).collect()
     }
 
-    /// What was found in a run that is over: what was explained is over too, what was not judged never
-    /// will be. Returns the transitions that follow from that.
+    /// Ends a run: explained changes end with it, and open changes will never be judged. Returns the resulting
+    /// transitions.
     pub(crate) fn end_run(&mut self, decided: Step) -> Vec<Transition> {
         let channels = 0..self.entries.len();
         let end = |channel: usize| {
@@ -342,8 +342,7 @@ pub(crate) fn is_open(verdict: &Verdict) -> bool {
     matches!(verdict, Verdict::Tentative | Verdict::Unconfirmed { doubt: Doubt::Silent(_) })
 }
 
-/// As long as a change is not judged, a later one of the same channel, as open as it, takes nothing of its
-/// evidence away.
+/// While a change is not judged, a later one of the same channel that is equally open does not replace its evidence.
 fn keeps_first(entry: &ComponentVerdict, run: RunId, verdict: &Verdict, detection: Step) -> bool {
     let earlier = |latest: &Transition| latest.is_of(run) && latest.detection < detection;
     is_open(&entry.verdict) && is_open(verdict) && entry.latest.as_ref().is_some_and(earlier)

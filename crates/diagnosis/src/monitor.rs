@@ -44,7 +44,7 @@ pub struct Monitor {
 
 impl Monitor {
     /// The monitor of a channel with threshold γ. A change counts once the channel's Gaussian has taken
-    /// `warm_up_vectors`, and is over after `quiet_steps` steps below γ in a row.
+    /// `warm_up_vectors`, and ends after `quiet_steps` consecutive steps below γ.
     #[must_use]
     pub fn new(threshold: f64, warm_up_vectors: u64, quiet_steps: u64) -> Self {
         let evidence =

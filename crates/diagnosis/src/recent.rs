@@ -15,7 +15,7 @@ const SECONDS: usize = 600;
 /// Share of a second's steps that its means need.
 const LEAST_SHARE: f64 = 0.9;
 
-/// A row of values with the step that it belongs to; not numbers where there is no usable value.
+/// A row of values with the step that it belongs to; NaN for unusable values.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<'a> {
     pub(crate) step: Step,

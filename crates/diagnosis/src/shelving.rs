@@ -1,5 +1,5 @@
-//! Alarms that are set aside for a time: shelved by an operator, or suppressed while their module is maintained
-//! (ISA-18.2). A property beside the verdict, which does not depend on it.
+//! Alarms shelved by an operator, or suppressed while their module is maintained (ISA-18.2). The verdict does not
+//! depend on this property.
 
 use vocabulary::{GivenOrder, GivenOrderKind, Shelving, Span};
 
@@ -13,7 +13,7 @@ fn shelving(given: &GivenOrder, span: Span) -> Shelving {
     Shelving { since_unix_ns, until_unix_ns, by, on_behalf_of, reason: note.unwrap_or_default() }
 }
 
-/// That an alarm is set aside one way, if it is.
+/// The shelving or suppression of an alarm, if any.
 type Aside = Option<Box<Shelving>>;
 
 /// Whether a component is shelved, and whether it is suppressed, after an order about that.

@@ -32,7 +32,7 @@ impl Shifts {
         self.in_gap = false;
     }
 
-    /// The gap is over, with these residuals. Which channels have shifted?
+    /// Ends the gap with these residuals; returns the channels that have shifted.
     pub(crate) fn end<'a>(&'a mut self, residuals: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
         let was_in_gap = std::mem::take(&mut self.in_gap);
         let shifted = move |channel: &usize| {

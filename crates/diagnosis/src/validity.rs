@@ -20,11 +20,11 @@ const BACK_S: f64 = 1.0;
 /// Good values that make up for one that is missing.
 const GOOD_FOR_ONE: u64 = 50;
 
-/// A pressure beyond so many times the supply's is none, unless the settings say otherwise.
+/// A pressure above this multiple of the supply pressure is implausible, unless the settings specify another limit.
 const MOST_SUPPLIES: f64 = 2.0;
-/// Nor is one below the tank's by more than this share of the supply's.
+/// So is a pressure below the tank pressure by more than this share of the supply pressure.
 const BELOW_TANK: f64 = 0.05;
-/// A demand beyond so many times what the cylinder can do comes from no controller.
+/// A demand above this multiple of the cylinder's capacity cannot come from a controller.
 const MOST_FORCES: f64 = 100.0;
 
 /// The values that a module's signals can have.

@@ -38,9 +38,9 @@ pub struct Transition {
     pub order: Option<GivenOrder>,
     /// If that was about the alarm alone: the command that led to the verdict, if one did.
     pub verdict_order: Option<Box<GivenOrder>>,
-    /// If its alarm is set aside by an operator, by whom, why and until when. No verdict depends on it.
+    /// The shelving of its alarm by an operator, if shelved. No verdict depends on it.
     pub shelved: Option<Box<Shelving>>,
-    /// If its alarm is set aside while its module is maintained, the same.
+    /// The suppression of its alarm while its module is maintained, if suppressed. No verdict depends on it.
     pub suppressed: Option<Box<Shelving>>,
 }
 

@@ -1,12 +1,12 @@
-//! Parts of a file that are no records.
+//! Parts of a file that are not valid records.
 
 use std::fmt;
 use std::path::PathBuf;
 
-/// What is the matter with a part of a file.
+/// The kind of damage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DamageKind {
-    /// The file's last line has no end: it was being written in a crash, or its end is gone.
+    /// The file's last line is incomplete: a crash interrupted the write, or the end of the file is lost.
     TornTail,
     /// One or more whole lines that do not match their checksums.
     Corrupt,
@@ -17,17 +17,17 @@ pub enum DamageKind {
 pub struct Damage {
     /// The file.
     pub file: PathBuf,
-    /// Where the part begins, in bytes from the file's beginning.
+    /// Where the part begins, in bytes from the beginning of the file.
     pub offset: u64,
-    /// How long the part is, in bytes.
+    /// The length of the part in bytes.
     pub bytes: u64,
-    /// What is the matter with it.
+    /// The kind of damage.
     pub kind: DamageKind,
 }
 
 impl Damage {
-    /// Adds a damage found behind all others; corrupt lines that touch are one damage, for garbage
-    /// can be full of newlines.
+    /// Appends a damage that follows all others in the file. Adjacent corrupt lines are merged into one damage, because
+    /// garbage may contain many newlines.
     pub(crate) fn add_to(self, all: &mut Vec<Damage>) {
         match all.last_mut() {
             Some(last) if last.is_continued_by(&self) => last.bytes += self.bytes,

@@ -1,4 +1,4 @@
-//! What can go wrong, each with the path it went wrong at.
+//! Errors, each with the path of the file or directory.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,20 +6,20 @@ use std::path::{Path, PathBuf};
 /// Longer records are refused.
 pub const MAX_RECORD_BYTES: usize = 1 << 20;
 
-/// The operating system refused something.
+/// An operation of the operating system failed.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot {doing} `{}`: {source}", .path.display())]
 pub struct FileError {
-    /// What was refused, a verb like `create`.
+    /// The operation, a verb like `create`.
     pub doing: &'static str,
-    /// The file or directory it was refused for.
+    /// The file or directory.
     pub path: PathBuf,
-    /// Why.
+    /// The cause.
     pub source: io::Error,
 }
 
 impl FileError {
-    /// Makes the error of what is done to a file or directory, for `map_err`.
+    /// Wraps the error of an operation on a file or directory, for `map_err`.
     pub(crate) fn of(doing: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self { doing, path: path.to_owned(), source }
     }
@@ -36,16 +36,16 @@ pub enum OpenError {
     InUse {
         /// The journal.
         directory: PathBuf,
-        /// The process that holds it, where that could be read.
+        /// The process that holds it, if known.
         holder: Option<u32>,
     },
-    /// There is something else where the directory should be.
+    /// The path is not a directory.
     #[error("`{}` is not a directory; a journal is a directory of its own", .path.display())]
     NotADirectory {
-        /// What was to be opened or read.
+        /// The path to be opened or read.
         path: PathBuf,
     },
-    /// The operating system refused something.
+    /// An operation of the operating system failed.
     #[error(transparent)]
     Io(#[from] FileError),
 }
@@ -54,22 +54,22 @@ fn named(holder: Option<u32>) -> String {
     holder.map_or_else(|| "another process".to_owned(), |pid| format!("process {pid}"))
 }
 
-/// Records that were not written; the journal is as it was before.
+/// Why records were not written; the journal is unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    /// A record of more than one line.
+    /// A record with more than one line.
     #[error("the record has a newline at byte {at}; a record is a single line")]
     Newline {
-        /// Where, counted from 0.
+        /// The position of the newline, counted from 0.
         at: usize,
     },
-    /// A record too long.
+    /// A record that is too long.
     #[error("{bytes} bytes are too many; a record has at most {MAX_RECORD_BYTES}")]
     TooLong {
-        /// How many.
+        /// Its length.
         bytes: usize,
     },
-    /// The operating system refused something.
+    /// An operation of the operating system failed.
     #[error(transparent)]
     Io(#[from] FileError),
 }

@@ -1,4 +1,4 @@
-//! Where a journal's files are, how they are made durable, and how a reader without the lock finds them.
+//! The files of a journal: their paths, durability, and how a reader without the lock opens them.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{FileError, OpenError};
 
-/// For the owner only.
+/// Access for the owner only.
 const DIRECTORY_MODE: u32 = 0o700;
 const FILE_MODE: u32 = 0o600;
 
@@ -32,13 +32,13 @@ impl JournalFiles {
         }
     }
 
-    /// Waits until the disk has the names of the files.
+    /// Syncs the directory, so that the names of the files are durable.
     pub(crate) fn sync_names(&self) -> Result<(), FileError> {
         sync_directory(&self.directory)
     }
 }
 
-/// Creates a directory and those above it, as far as they are missing.
+/// Creates a directory and its missing parents.
 pub(crate) fn create_directory(directory: &Path) -> Result<(), FileError> {
     let missing: Vec<&Path> = directory.ancestors().take_while(|path| !path.exists()).collect();
     DirBuilder::new()
@@ -61,26 +61,26 @@ fn sync_directory(directory: &Path) -> Result<(), FileError> {
     synced.map_err(FileError::of("sync", directory))
 }
 
-/// How the files of a journal are opened by its writer: what is written goes to the end.
+/// Options with which the writer opens the files of a journal: it only appends.
 pub(crate) fn appending() -> OpenOptions {
     let mut options = OpenOptions::new();
     options.read(true).append(true).mode(FILE_MODE);
     options
 }
 
-/// How the lock is opened.
+/// Options with which the lock is opened.
 pub(crate) fn replacing() -> OpenOptions {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create(true).truncate(false).mode(FILE_MODE);
     options
 }
 
-/// Opens a file that need not be there.
+/// Opens a file that may be missing.
 pub(crate) fn open_if_there(options: &OpenOptions, path: &Path) -> Result<Option<File>, FileError> {
     if_there(options.open(path)).map_err(FileError::of("open", path))
 }
 
-/// Removes a file that need not be there.
+/// Removes a file that may be missing.
 pub(crate) fn remove_if_there(path: &Path) -> Result<(), FileError> {
     if_there(fs::remove_file(path)).map_err(FileError::of("remove", path))?;
     Ok(())
@@ -90,7 +90,7 @@ pub(crate) fn rename(from: &Path, to: &Path) -> Result<(), FileError> {
     fs::rename(from, to).map_err(FileError::of("rename", from))
 }
 
-/// Nothing, if that is because a file is not there.
+/// `None` if the error is that the file is missing.
 pub(crate) fn if_there<T>(result: io::Result<T>) -> io::Result<Option<T>> {
     match result {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
@@ -98,17 +98,17 @@ pub(crate) fn if_there<T>(result: io::Result<T>) -> io::Result<Option<T>> {
     }
 }
 
-/// A file, and the path it was found at.
+/// An open file, and its path.
 #[derive(Debug)]
 pub(crate) struct FoundFile {
     pub(crate) path: PathBuf,
     pub(crate) file: File,
-    /// Device and number on it; no other file has them as long as this one is open.
+    /// Device and inode number, which are unique as long as the file is open.
     pub(crate) identity: (u64, u64),
 }
 
-/// The older and the present file of the journal in a directory. Each moves on in a rotation, so both are looked for
-/// again until they are the same as before; else a whole file could be missed or read twice.
+/// Opens the older and the present file of the journal in a directory. A rotation renames both, so they are opened
+/// repeatedly until two attempts agree; otherwise a file could be missed or read twice.
 pub(crate) fn both(directory: &Path) -> Result<[Option<FoundFile>; 2], OpenError> {
     let metadata = fs::metadata(directory).map_err(FileError::of("read", directory))?;
     if !metadata.is_dir() {
@@ -129,7 +129,7 @@ fn identity(found: &Option<FoundFile>) -> Option<(u64, u64)> {
     found.as_ref().map(|found| found.identity)
 }
 
-/// The present file, which a rotation leaves without its name for an instant.
+/// Opens the present file, whose name is missing for an instant during a rotation.
 fn present(files: &JournalFiles) -> Result<Option<FoundFile>, FileError> {
     match find(&files.present)? {
         Some(present) => Ok(Some(present)),

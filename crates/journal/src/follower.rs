@@ -1,4 +1,4 @@
-//! Reading a journal again and again without the lock, each time only what is new, and single records at their
+//! Reads a journal repeatedly without the lock, each time only the new records; and reads single records at known
 //! places.
 
 use std::fs::File;
@@ -11,14 +11,14 @@ use crate::files::{FoundFile, both};
 use crate::line;
 use crate::lines::{LinePart, LineReader};
 
-/// WhichFile of the two files; the index of its part of a pair.
+/// One of the two files; used as the index of its part of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum WhichFile {
     Older = 0,
     Present = 1,
 }
 
-/// Where a record stands, for as long as a [`JournalLook`] is not anew.
+/// The place of a record, valid until a [`JournalLook`] reports that it starts anew.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecordPlace {
     offset: u64,
@@ -26,34 +26,34 @@ pub struct RecordPlace {
     file: WhichFile,
 }
 
-/// How far a file has been read.
+/// The position up to which a file has been read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct ReadMark {
     identity: (u64, u64),
-    /// Its last record, if it has any, and the beginning of that line. A file of the same identity that has another
-    /// record there is another file, or was cut off and went on differently.
+    /// The last record read, and the beginning of its line. A file with the same identity but another record there is a
+    /// different file, or was truncated and continued differently.
     last: Option<(RecordPlace, Vec<u8>)>,
 }
 
-/// How far a journal has been read.
+/// The position up to which a journal has been read.
 #[derive(Debug)]
 pub struct JournalFollower {
     directory: PathBuf,
     marks: [Option<ReadMark>; 2],
 }
 
-/// What a journal holds at one moment. Another handle may append and rotate meanwhile.
+/// The content of a journal at one moment. Another handle may append and rotate meanwhile.
 #[derive(Debug)]
 pub struct JournalLook<'a> {
     follower: &'a mut JournalFollower,
     files: [Option<FoundFile>; 2],
-    /// What was not read yet; the file being read is the last one.
+    /// The parts not read yet; the file being read is the last one.
     unread: Vec<(WhichFile, LineReader)>,
     anew: bool,
 }
 
 impl JournalFollower {
-    /// Nothing of the journal in this directory has been read.
+    /// Starts before the first record of the journal in this directory.
     #[must_use]
     pub fn new(directory: &Path) -> Self {
         Self { directory: directory.to_owned(), marks: [None, None] }
@@ -62,7 +62,7 @@ impl JournalFollower {
     /// Opens the files as they are at this moment.
     ///
     /// # Errors
-    /// There is no such directory, or a file in it cannot be read. A directory without a journal has no records.
+    /// The directory does not exist, or a file in it cannot be read. A directory without a journal has no records.
     pub fn look(&mut self) -> Result<JournalLook<'_>, OpenError> {
         let files = both(&self.directory)?;
         let anew = !self.continues(&files)?;
@@ -80,7 +80,7 @@ impl JournalFollower {
         Ok(JournalLook { follower: self, files, unread, anew })
     }
 
-    /// Are these the files read before, with the same records as far as they were read?
+    /// Whether these are the files read before, with the same records up to the positions read.
     fn continues(&self, files: &[Option<FoundFile>; 2]) -> Result<bool, OpenError> {
         for (mark, found) in self.marks.iter().zip(files) {
             match (mark, found) {
@@ -92,8 +92,8 @@ impl JournalFollower {
         Ok(true)
     }
 
-    /// What comes after the last record read. Corrupt lines behind it are read again: one may be of an append
-    /// that was cut off and replaced meanwhile.
+    /// The part after the last record read. Corrupt lines after it are read again, because one may belong to an append
+    /// that was truncated and replaced meanwhile.
     fn rest_of(&self, which: WhichFile, found: &FoundFile) -> Result<LineReader, OpenError> {
         let last = self.marks[which as usize].as_ref().and_then(|mark| mark.last.as_ref());
         let from = last.map_or(0, |(place, _)| place.offset + u64::from(place.bytes));
@@ -120,14 +120,14 @@ impl ReadMark {
 }
 
 impl JournalLook<'_> {
-    /// Places of records read before this look hold no more, and all records come again: the files are others, by
-    /// a rotation say. At the first look this is so too.
+    /// Whether the files are different ones, e.g. after a rotation: places of records read before are then invalid, and
+    /// all records are returned again. Also true of the first look.
     #[must_use]
     pub fn is_anew(&self) -> bool {
         self.anew
     }
 
-    /// The next record that was not read by an earlier look, oldest first, and its place; none at the end.
+    /// The next record that no earlier look returned, oldest first, and its place; `None` at the end.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -136,7 +136,7 @@ impl JournalLook<'_> {
             let (file, offset) = (*file, lines.offset());
             match lines.next_part()? {
                 Some(LinePart::Record(record)) => {
-                    // A line of a record is not longer.
+                    // The line of a valid record fits in 32 bits.
                     let bytes = (lines.offset() - offset) as u32;
                     let place = RecordPlace { offset, bytes, file };
                     self.follower.note(place, &record);
@@ -151,7 +151,7 @@ impl JournalLook<'_> {
         Ok(None)
     }
 
-    /// The record at a place; none if it is gone or damaged by now.
+    /// The record at a place; `None` if it is gone or damaged by now.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -162,7 +162,7 @@ impl JournalLook<'_> {
     }
 }
 
-/// As much as there is of a line.
+/// As much of a line as the file contains.
 fn line_at(file: &File, place: RecordPlace) -> io::Result<Vec<u8>> {
     let mut line = vec![0; place.bytes as usize];
     match file.read_exact_at(&mut line, place.offset) {

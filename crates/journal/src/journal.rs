@@ -12,41 +12,41 @@ use crate::lines::{LinePart, LineReader};
 use crate::lock::Lock;
 use crate::rotation;
 
-/// A journal open for appending. No other handle can open it as long as this one lives.
+/// A journal open for appending. No other handle can open it while this one exists.
 #[derive(Debug)]
 pub struct Journal {
     files: JournalFiles,
     /// The present file.
     file: File,
-    /// Its length without what a failed append may have left behind it.
+    /// Its length without the remains of a failed append.
     bytes: u64,
-    /// A failed append has left something, and it could not be cut off.
+    /// A failed append left remains that could not be truncated.
     torn: bool,
-    /// A rotation has failed at its last step: the present file is still called `journal.new`.
+    /// A rotation failed at its last step: the present file is still called `journal.new`.
     misnamed: bool,
     _lock: Lock,
 }
 
-/// A journal that was just opened, with what it holds.
+/// A journal that was just opened, with its content.
 #[derive(Debug)]
 pub struct Opened {
     /// The journal.
     pub journal: Journal,
-    /// All valid records, oldest first, of the older and then of the present file. The disk has them.
+    /// All valid records, oldest first, of the older and then of the present file. They are durable.
     pub records: Vec<String>,
-    /// What else the files contained.
+    /// Everything else that the files contained.
     pub damage: Vec<Damage>,
 }
 
 impl Journal {
-    /// Opens a journal for appending, and creates it if need be: the directory for its owner only
-    /// (mode 0700, those above it too), and the files in it (0600).
+    /// Opens a journal for appending, and creates it if it does not exist: the directory for its owner only (mode 0700,
+    /// also missing parents), and the files in it (0600).
     ///
-    /// Cuts off a last record that was not written to its end, passes over corrupt lines, which
-    /// stay where they are, and ends or undoes a rotation that was cut short.
+    /// Truncates an incomplete last record, skips corrupt lines, which remain in the file, and completes or undoes an
+    /// interrupted rotation.
     ///
     /// # Errors
-    /// The journal is in use, by this process or another one; or it cannot be read or written.
+    /// The journal is in use by this process or another one, or it cannot be read or written.
     pub fn open(directory: &Path) -> Result<Opened, OpenError> {
         if directory.exists() && !directory.is_dir() {
             return Err(OpenError::NotADirectory { path: directory.to_owned() });
@@ -74,21 +74,21 @@ impl Journal {
         Ok(Opened { journal, records, damage })
     }
 
-    /// Appends a record. When this returns, the record survives the end of this process; the disk has
-    /// it only after [`sync`](Self::sync).
+    /// Appends a record. When this returns, the record survives the end of this process; it is durable only after
+    /// [`sync`](Self::sync).
     ///
     /// # Errors
-    /// A record that is no single line or too long; a write that failed, on a full disk say. The
-    /// journal is then as it was before, and further appends can succeed.
+    /// The record has more than one line or is too long; or the write failed, e.g. on a full disk. The journal is then
+    /// unchanged, and further appends can succeed.
     pub fn append(&mut self, record: &str) -> Result<(), WriteError> {
         self.append_all([record])
     }
 
-    /// Appends several records in one write. If the process or the machine dies meanwhile, the first
-    /// few of them may be there without the others.
+    /// Appends several records in one write. If the process or the machine dies meanwhile, only the first few of them
+    /// may be present.
     ///
     /// # Errors
-    /// Those of [`append`](Self::append), and then none of the records is appended.
+    /// Those of [`append`](Self::append); then none of the records is appended.
     pub fn append_all<S: AsRef<str>>(
         &mut self,
         records: impl IntoIterator<Item = S>,
@@ -97,7 +97,7 @@ impl Journal {
         self.cut_off()?;
         if let Err(source) = self.file.write_all(&lines) {
             self.torn = true;
-            // An error here stands back behind the write's; the next append tries again.
+            // The error of the write is the one to report; the next append tries to truncate again.
             let _ = self.cut_off();
             return Err(FileError::of("write", self.path())(source).into());
         }
@@ -105,12 +105,12 @@ impl Journal {
         Ok(())
     }
 
-    /// Waits until the disk has all that was appended.
+    /// Waits until everything appended is durable.
     ///
     /// # Errors
-    /// The disk's. Records since the last success may then be missing after loss of power, whatever
-    /// a further sync returns: the kernel tries once. [`rotate`](Self::rotate) rewrites the present
-    /// state.
+    /// The disk reported an error. Records since the last success may then be missing after a loss of power, even if a
+    /// further sync succeeds, because the kernel reports a write error only once. [`rotate`](Self::rotate) rewrites the
+    /// present state.
     pub fn sync(&mut self) -> Result<(), WriteError> {
         Ok(self.file.sync_data().map_err(FileError::of("sync", self.path()))?)
     }
@@ -121,14 +121,13 @@ impl Journal {
         self.bytes
     }
 
-    /// Begins a new present file with `snapshot`, records that say all of the present state. The
-    /// former one becomes the older file, and the one before is gone. The disk has all of it when
-    /// this returns; a crash at any instant leaves the former present file, the snapshot or both.
+    /// Begins a new present file with `snapshot`, records that describe the whole present state. The former present
+    /// file becomes the older one, and the former older file is deleted. Everything is durable when this returns; a
+    /// crash at any instant leaves the former present file, the snapshot or both.
     ///
     /// # Errors
-    /// Those of [`append`](Self::append) and of the disk. The journal then goes on with the present
-    /// file or, if only the last step failed, with the new one; nothing of the present state is lost
-    /// either way.
+    /// Those of [`append`](Self::append) and of the disk. The journal then continues with the present file or, if only
+    /// the last step failed, with the new one; neither case loses any of the present state.
     pub fn rotate<S: AsRef<str>>(
         &mut self,
         snapshot: impl IntoIterator<Item = S>,
@@ -146,7 +145,7 @@ impl Journal {
         Ok(self.files.sync_names()?)
     }
 
-    /// Cuts off what a failed append has left, so that no record begins in the middle of a line.
+    /// Truncates the remains of a failed append, so that no record begins in the middle of a line.
     fn cut_off(&mut self) -> Result<(), FileError> {
         if self.torn {
             self.file.set_len(self.bytes).map_err(FileError::of("truncate", self.path()))?;
@@ -155,7 +154,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Gives the present file its name, if a rotation has failed to.
+    /// Renames the present file if a rotation failed to.
     fn install(&mut self) -> Result<(), FileError> {
         if self.misnamed {
             rotation::install(&self.files)?;
@@ -169,7 +168,7 @@ impl Journal {
     }
 }
 
-/// Reads a file, cuts off a torn tail and sees to it that the disk has the rest. Returns the length.
+/// Reads a file, truncates an incomplete last record and syncs the rest. Returns the length.
 fn load(
     file: &File,
     path: &Path,
@@ -188,7 +187,7 @@ fn load(
             }
         }
     }
-    // A killed process may have left records that only the kernel has.
+    // A process that was killed may have left records that are only in the kernel's memory.
     file.sync_data().map_err(FileError::of("sync", path))?;
     Ok(file.metadata().map_err(FileError::of("read", path))?.len())
 }

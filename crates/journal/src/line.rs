@@ -1,5 +1,4 @@
-//! One record as it stands in a file: the CRC-32 of its text in eight hexadecimal digits, a space,
-//! the text, a newline.
+//! The encoding of a record: the CRC-32 of its text in eight hexadecimal digits, a space, the text, a newline.
 
 use crate::error::{MAX_RECORD_BYTES, WriteError};
 
@@ -10,7 +9,7 @@ const CHECKSUM_BYTES: usize = 8;
 /// A longer line is invalid.
 pub(crate) const MAX_LINE_BYTES: usize = MAX_RECORD_BYTES + FRAME_BYTES;
 
-/// The lines of some records; an error if there is none for one of them.
+/// Encodes records as lines; fails if one of them is not valid.
 pub(crate) fn encode<S: AsRef<str>>(
     records: impl IntoIterator<Item = S>,
 ) -> Result<Vec<u8>, WriteError> {
@@ -36,18 +35,18 @@ fn push(lines: &mut Vec<u8>, record: &str) -> Result<(), WriteError> {
     Ok(())
 }
 
-/// The record of a line, newline included; none if it is not exactly as it was encoded.
+/// The record in a line that includes the newline; `None` unless it is exactly as encoded.
 pub(crate) fn decode(line: &[u8]) -> Option<&str> {
     let (expected, rest) = line.split_at_checked(CHECKSUM_BYTES)?;
     let text = rest.strip_prefix(b" ")?.strip_suffix(b"\n")?;
-    // Compared as digits, so that no other spelling of the same number passes.
+    // Compares the digits, so that other spellings of the same number are rejected.
     if checksum(text) != expected {
         return None;
     }
     std::str::from_utf8(text).ok()
 }
 
-/// What a line with this text begins with.
+/// The checksum that the line of a text begins with.
 pub(crate) fn checksum(text: &[u8]) -> [u8; CHECKSUM_BYTES] {
     let checksum = crc32fast::hash(text);
     std::array::from_fn(|k| b"0123456789abcdef"[(checksum >> (28 - 4 * k)) as usize & 0xf])

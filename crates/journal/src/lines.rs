@@ -1,5 +1,5 @@
-//! Reads a journal without the lock, while it is being written: the lines of each file, from its beginning to where it
-//! ended when it was opened, in constant memory.
+//! Reads a journal without the lock while it is being written: the lines of each file up to its length at the time of
+//! opening, in constant memory.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
@@ -24,40 +24,40 @@ pub(crate) enum LinePart {
 pub(crate) struct LineReader {
     path: PathBuf,
     reader: BufReader<File>,
-    /// Where the next line begins.
+    /// The offset of the next line.
     offset: u64,
-    /// The file's length; what is appended later is not read.
+    /// The file's length; later appends are not read.
     end: u64,
-    /// Of the present line as much as a record can have.
+    /// The present line, at most as long as a record.
     line: Vec<u8>,
 }
 
 impl LineReader {
-    /// Reads `file`, which stands at its beginning; `path` is what damages and errors call it.
+    /// Reads `file` from its beginning; damages and errors name it `path`.
     pub(crate) fn new(file: File, path: &Path) -> Result<Self, FileError> {
         let end = file.metadata().map_err(FileError::of("read", path))?.len();
         let reader = BufReader::with_capacity(BUFFER_BYTES, file);
         Ok(Self { path: path.to_owned(), reader, offset: 0, end, line: Vec::new() })
     }
 
-    /// Reads `file` from a line on that begins at this offset, if it is that long.
+    /// Reads `file` from the line at this offset on, if the file is that long.
     pub(crate) fn from(file: File, path: &Path, offset: u64) -> Result<Self, FileError> {
         let mut lines = Self::new(file, path)?;
         lines.seek(offset).map_err(FileError::of("read", path))?;
         Ok(lines)
     }
 
-    /// Where the next part begins.
+    /// The offset of the next part.
     pub(crate) fn offset(&self) -> u64 {
         self.offset
     }
 
-    /// The next part of the file; none at its end, and from then on.
+    /// The next part of the file; `None` at its end and from then on.
     pub(crate) fn next_part(&mut self) -> Result<Option<LinePart>, FileError> {
         let offset = self.offset;
         let mut part = self.scan(offset);
-        // Without the lock, the line may be mixed of an append that failed and was cut off and of
-        // the one that took its place. Then the file itself has the right line by now.
+        // Without the lock, the line may be a mixture of a failed append that was truncated and the append that
+        // replaced it. The file itself contains the right line by now.
         if matches!(&part, Ok(Some(LinePart::Damage(_)))) {
             part = self.seek(offset).and_then(|()| self.scan(offset));
         }
@@ -89,12 +89,12 @@ impl LineReader {
         Ok(Some(LinePart::Damage(Damage { file: self.path.clone(), offset, bytes, kind })))
     }
 
-    /// Goes on to behind the next newline or, returning false, to the end.
+    /// Reads up to the next newline; returns false at the end of the file.
     fn take_line(&mut self) -> io::Result<bool> {
         self.line.clear();
         loop {
             if self.line.len() == MAX_LINE_BYTES {
-                // too long for a record; only its end is still looked for
+                // too long for a record, so only look for its end
                 self.line.clear();
             }
             let room = (MAX_LINE_BYTES - self.line.len()) as u64;
@@ -108,22 +108,20 @@ impl LineReader {
     }
 }
 
-/// The records that a journal held when it was asked, oldest first. In constant memory; a record
-/// that cannot be read is the last.
+/// The records in a journal at the moment of opening, oldest first, in constant memory. The iterator ends after a
+/// record that cannot be read.
 #[derive(Debug)]
 pub struct Records {
-    /// The file being read is the last one.
+    /// The files left to read; the one being read is the last.
     files: Vec<LineReader>,
     passed_over: u64,
 }
 
-/// What a journal holds at this moment, of the older and then of the present file. It needs no lock:
-/// another handle may append and rotate meanwhile. A last record that is only partly written is not
-/// there yet.
+/// Reads the records of the older and then of the present file. Needs no lock: another handle may append and rotate
+/// meanwhile. A last record that is only partly written is ignored.
 ///
 /// # Errors
-/// There is no such directory, or a file in it cannot be read. A directory without a journal has no
-/// records.
+/// The directory does not exist, or a file in it cannot be read. A directory without a journal has no records.
 pub fn read(directory: &Path) -> Result<Records, OpenError> {
     let mut lines = Vec::new();
     for file in both(directory)?.into_iter().rev().flatten() {
@@ -133,7 +131,7 @@ pub fn read(directory: &Path) -> Result<Records, OpenError> {
 }
 
 impl Records {
-    /// How many corrupt lines were passed over up to now.
+    /// Number of corrupt lines skipped so far.
     #[must_use]
     pub fn passed_over(&self) -> u64 {
         self.passed_over

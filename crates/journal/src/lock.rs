@@ -1,4 +1,4 @@
-//! One writer at a time.
+//! Admits one writer at a time.
 
 use std::fs::{File, TryLockError};
 use std::io::{Read, Write};
@@ -6,14 +6,14 @@ use std::io::{Read, Write};
 use crate::error::{FileError, OpenError};
 use crate::files::{self, JournalFiles};
 
-/// The lock, held. The operating system releases it when the process ends, however that ends.
+/// The lock. The operating system releases it when the process ends for any reason.
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Takes the lock, or reports who has it.
+    /// Acquires the lock, or reports its holder.
     pub(crate) fn take(files: &JournalFiles) -> Result<Self, OpenError> {
         let mut file =
             files::replacing().open(&files.lock).map_err(FileError::of("open", &files.lock))?;
@@ -33,9 +33,10 @@ impl Lock {
 }
 
 impl Drop for Lock {
-    /// Closing the file does not do: a child process that is just being started has it open too.
+    /// Unlocks explicitly: closing the file is not enough, because a child process that is just starting has it open
+    /// too.
     fn drop(&mut self) {
-        // An error leaves it to the closing.
+        // After an error, closing the file has to suffice.
         let _ = self.file.unlock();
     }
 }
@@ -46,8 +47,7 @@ fn holder(file: &mut File) -> Option<u32> {
     text.trim().parse().ok()
 }
 
-/// Writes the own process number. It serves a message only: on a full disk a journal must still
-/// open.
+/// Writes the process number, which is used only in messages: a journal must open even on a full disk.
 fn sign(file: &mut File) {
     let _ = file.set_len(0).and_then(|()| writeln!(file, "{}", std::process::id()));
 }

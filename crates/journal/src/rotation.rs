@@ -1,4 +1,4 @@
-//! From one present file to the next. A crash can come between any two steps:
+//! Replaces the present file by the next. A crash may occur between any two steps:
 //!
 //! | step | `journal.old` | `journal` | `journal.new` | after a crash |
 //! |---|---|---|---|---|
@@ -8,8 +8,8 @@
 //! | B became the older file, replacing A | B | | C | C becomes the present file |
 //! | C became the present file | B | C | | |
 //!
-//! B has all of the present state until C has it on the disk, and both are there when A goes. A
-//! `journal.new` without a `journal` is therefore complete, and is the present file.
+//! B contains the whole present state until C is durable, and both exist when A is replaced. A `journal.new` without a
+//! `journal` is therefore complete, and is the present file.
 
 use std::fs::File;
 use std::io::Write;
@@ -17,7 +17,7 @@ use std::io::Write;
 use crate::error::FileError;
 use crate::files::{self, JournalFiles};
 
-/// Ends or undoes a rotation that was cut short.
+/// Completes or undoes an interrupted rotation.
 pub(crate) fn settle(files: &JournalFiles) -> Result<(), FileError> {
     let present = files.present.try_exists().map_err(FileError::of("open", &files.present))?;
     let next = files.next.try_exists().map_err(FileError::of("open", &files.next))?;
@@ -28,7 +28,7 @@ pub(crate) fn settle(files: &JournalFiles) -> Result<(), FileError> {
     }
 }
 
-/// Writes the next file and waits until the disk has it. After an error there is none.
+/// Writes and syncs the next file. After an error the next file does not exist.
 pub(crate) fn prepare(files: &JournalFiles, lines: &[u8]) -> Result<File, FileError> {
     files::remove_if_there(&files.next)?;
     let prepared = write(files, lines);
@@ -45,12 +45,12 @@ fn write(files: &JournalFiles, lines: &[u8]) -> Result<File, FileError> {
         .map_err(FileError::of("create", &files.next))?;
     let written = next.write_all(lines).and_then(|()| next.sync_all());
     written.map_err(FileError::of("write", &files.next))?;
-    // The name too must be there before the present file's name goes.
+    // The new name must be durable before the present file is renamed.
     files.sync_names()?;
     Ok(next)
 }
 
-/// Makes the present file the older one. After an error there is no next file.
+/// Renames the present file to the older one. After an error the next file does not exist.
 pub(crate) fn retire(files: &JournalFiles) -> Result<(), FileError> {
     let retired = files::rename(&files.present, &files.older);
     if retired.is_err() {
@@ -59,12 +59,12 @@ pub(crate) fn retire(files: &JournalFiles) -> Result<(), FileError> {
     retired
 }
 
-/// Makes the next file the present one.
+/// Renames the next file to the present one.
 pub(crate) fn install(files: &JournalFiles) -> Result<(), FileError> {
     files::rename(&files.next, &files.present)
 }
 
-/// Gives the next file's space back. One that stays does no harm beside a present file.
+/// Deletes the next file to free its space. If that fails, the file is harmless beside a present file.
 fn discard(files: &JournalFiles) {
     let _ = files::remove_if_there(&files.next);
 }

@@ -1,4 +1,4 @@
-//! A module's divergences as they are published. A diagnoser publishes them only as long as somebody subscribes.
+//! The divergences of a module as its diagnoser publishes them, which it does only while there is a subscriber.
 
 use tokio::sync::mpsc::{Receiver, channel};
 use vocabulary::{Divergences, Key, ModuleName, StructureName, Topic, keys::Watched};
@@ -7,10 +7,10 @@ use zenoh::pubsub::Subscriber;
 
 use super::presence::AttendanceError;
 
-/// Messages that may wait; later ones are dropped.
+/// Capacity of the message queue; further messages are dropped.
 const QUEUE: usize = 256;
 
-/// The divergences of one module. It ends when it is dropped.
+/// A subscription to the divergences of one module, ended by dropping it.
 #[derive(Debug)]
 pub struct DivergenceFeed {
     inbox: Receiver<Divergences>,
@@ -21,7 +21,7 @@ impl DivergenceFeed {
     /// Subscribes.
     ///
     /// # Errors
-    /// The network refuses.
+    /// Zenoh cannot declare the subscriber.
     pub async fn open(
         session: &Session,
         structure: &StructureName,
@@ -49,7 +49,7 @@ impl DivergenceFeed {
         Ok(Self { inbox, _subscriber: subscriber })
     }
 
-    /// The next; `None` once the session is closed.
+    /// Waits for the next message; `None` once the session is closed.
     pub async fn next(&mut self) -> Option<Divergences> {
         self.inbox.recv().await
     }

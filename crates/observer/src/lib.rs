@@ -1,15 +1,15 @@
-//! What monitoring clients see, and what they may command.
+//! The client side of monitoring: what clients observe and which commands they may send.
 //!
 //! | file | what |
 //! |---|---|
 //! | `view` | the read model: what every view shows, as plain values |
-//! | `live` | keeps it up to date over a session |
-//! | `feed` | verdicts, kinds of faults, phases and presence, each once and in order, with what was missed |
+//! | `live` | keeps the read model up to date over a session |
+//! | `feed` | verdicts, kinds of faults, phases and presence, each once and in order; fetches missed transitions |
 //! | `request` | one question to one process: answered, refused or unanswered |
-//! | `presence` | which processes are there, and of which structure |
-//! | `divergences` | a module's divergences as they are published |
+//! | `presence` | which processes are running, and in which structure |
+//! | `divergences` | subscribes to a module's divergences |
 //! | `module_queries` | a module's journal, the kind of a component's fault, freeze frames |
-//! | `orders` | acknowledge, reset, shelve and suppress; faults and stroke tests for the simulated plant |
+//! | `orders` | commands: acknowledge, reset, shelve, suppress; faults and stroke tests for the simulated plant |
 //! | `testing` | made-up messages and views, for tests |
 
 mod divergences;

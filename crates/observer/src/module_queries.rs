@@ -1,5 +1,5 @@
-//! What a module tells of its components on request: its journal, page by page, what kind of fault a component has, with
-//! what was measured of it, and what it saw around the latching of its latest faults.
+//! Queries a module about its components: its journal page by page, the kind of a component's fault with the signature,
+//! and the freeze frames of its latest faults.
 
 use std::time::Duration;
 
@@ -14,8 +14,8 @@ use zenoh::query::ConsolidationMode;
 use super::request::{ask, read, senseless};
 use super::view::{ModuleHistory, QueryError, is_frame_of};
 
-/// Reads a module's journal from the sequence number `since` on. Every page may take as long as
-/// `timeout`. What was read before a page failed is kept.
+/// Reads a module's journal from the sequence number `since` on. `timeout` applies to each page. Pages read before a
+/// failure are kept.
 pub async fn history(
     session: &Session,
     structure: &StructureName,
@@ -40,11 +40,11 @@ pub async fn history(
     history
 }
 
-/// The latest identification of a component's fault with its signature. `None` if its module knows none or
-/// gives no answer within `timeout`.
+/// The latest identification of a component's fault with its signature. `None` if its module has none or does not
+/// answer within `timeout`.
 ///
 /// # Errors
-/// A refusal, or an answer that makes no sense.
+/// A refusal, or an invalid answer.
 pub async fn identification(
     session: &Session,
     structure: &StructureName,
@@ -64,7 +64,7 @@ pub async fn identification(
 /// The freeze frame of the transition with this number.
 ///
 /// # Errors
-/// A refusal, which names those that are kept, no answer within `timeout`, or one that makes no sense.
+/// A refusal, which names the frames that exist; no answer within `timeout`; an invalid answer.
 pub async fn freeze_frame(
     session: &Session,
     structure: &StructureName,
@@ -81,10 +81,10 @@ pub async fn freeze_frame(
     check(frame)
 }
 
-/// Every freeze frame that a module keeps, newest first, without steps and traces.
+/// Every freeze frame in a module's store, newest first, without steps and traces.
 ///
 /// # Errors
-/// A refusal, as if none is kept, no answer within `timeout`, or one that makes no sense.
+/// A refusal, e.g. because there are no frames; no answer within `timeout`; an invalid answer.
 pub async fn freeze_frames(
     session: &Session,
     structure: &StructureName,
@@ -93,7 +93,7 @@ pub async fn freeze_frames(
 ) -> Result<Vec<FreezeFrame>, QueryError> {
     let key = Key::of_module(structure, module, Topic::FreezeFrame).to_string();
     let deadline = Instant::now() + timeout;
-    // Every frame has the same key.
+    // All frames have the same key, so Zenoh must not consolidate the replies.
     let query = session.get(key).consolidation(ConsolidationMode::None).timeout(timeout);
     let replies = query.await.map_err(senseless)?;
     let mut frames = Vec::new();
@@ -103,10 +103,10 @@ pub async fn freeze_frames(
     if frames.is_empty() { Err(QueryError::Unanswered(timeout)) } else { Ok(frames) }
 }
 
-/// The frame of the fault that a component has.
+/// The freeze frame of a component's present fault.
 ///
 /// # Errors
-/// Why there is none, in words that can be printed.
+/// A printable reason.
 pub async fn freeze_frame_of(
     session: &Session,
     found: &FaultTransition,
@@ -135,7 +135,7 @@ fn why(error: &QueryError) -> String {
     }
 }
 
-/// Every trace has a value for every step.
+/// Checks that every trace has a value for every step.
 fn check(frame: FreezeFrame) -> Result<FreezeFrame, QueryError> {
     let steps = frame.signals.steps.len();
     match frame.signals.traces.iter().find(|trace| trace.values.len() != steps) {

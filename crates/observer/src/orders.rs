@@ -1,4 +1,4 @@
-//! Orders to diagnosers and to the simulated plant.
+//! Commands to diagnosers and to the simulated plant.
 
 use std::time::Duration;
 
@@ -10,10 +10,10 @@ use zenoh::Session;
 use super::request::{command, senseless, untaken};
 use super::view::{OrderRequest, QueryError};
 
-/// Gives a module's diagnoser an order about a component, or about the module.
+/// Sends a module's diagnoser an order about a component or the whole module.
 ///
 /// # Errors
-/// [`QueryError::Refused`]: nothing was changed. Anything else: it may or may not have been obeyed.
+/// [`QueryError::Refused`]: nothing was changed. Any other error: the order may have been carried out.
 pub async fn order(
     session: &Session,
     request: &OrderRequest,
@@ -34,10 +34,10 @@ pub async fn order(
     Ok(obeyed)
 }
 
-/// Orders the plant to give a component a fault, or to repair it.
+/// Commands the plant to inject a fault into a component, or to repair it.
 ///
 /// # Errors
-/// No consent; see [`QueryError`].
+/// The plant did not confirm; see [`QueryError`].
 pub async fn inject(
     session: &Session,
     structure: &StructureName,
@@ -48,10 +48,10 @@ pub async fn inject(
     command(session, &key, injection, timeout).await.map_err(|error| untaken(error, timeout))
 }
 
-/// Orders the plant to let a cylinder make a stroke.
+/// Commands the plant to perform a stroke of a cylinder.
 ///
 /// # Errors
-/// No consent; see [`QueryError`].
+/// The plant did not confirm; see [`QueryError`].
 pub async fn stroke(
     session: &Session,
     structure: &StructureName,

@@ -1,4 +1,4 @@
-//! Who is there: liveliness tokens, which processes declare last of all.
+//! Finds running processes by their liveliness tokens, which each process declares last.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -11,19 +11,19 @@ use vocabulary::{
 use zenoh::Session;
 use zenoh::sample::SampleKind;
 
-/// How long after everyone was seen another structure's module of the same name may still show up. Querying
-/// the tokens once more would not do: Zenoh answers the client of a peer from what has come so far.
+/// How long to wait, after all modules were found, for a module of the same name in another structure. A second query
+/// of the tokens would not help: Zenoh answers the client of a peer from the tokens received so far.
 const NAMESAKES_WITHIN: Duration = Duration::from_millis(500);
 
-/// Not everyone came.
+/// Not every process was found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AttendanceError {
-    /// Those who were not seen in time.
+    /// Processes that were not found in time.
     #[error("not there after {waited:?}: {}", missing.join(", "))]
     Missing {
         /// Their names; the plant is `plant`.
         missing: Vec<String>,
-        /// How long they were waited for.
+        /// How long the caller waited for them.
         waited: Duration,
     },
     /// The network refused.
@@ -31,11 +31,11 @@ pub enum AttendanceError {
     Network(String),
 }
 
-/// Waits until these diagnosers are there, and the plant if `plant` says so: their liveliness tokens,
-/// which they declare last of all.
+/// Waits for the liveliness tokens of these diagnosers, and of the plant if `plant` is set. Processes declare their
+/// token last.
 ///
 /// # Errors
-/// Who is missing when time is up.
+/// Lists the missing processes after `timeout`.
 pub async fn wait_for(
     session: &Session,
     structure: &StructureName,
@@ -57,12 +57,12 @@ pub async fn wait_for(
     Err(AttendanceError::Missing { missing, waited: timeout })
 }
 
-/// Of which structures these modules are. Waits until each of them has been seen in one, and a little for
-/// others of the same name unless `structure` says which one is meant, but not longer than `timeout`; a
-/// module that was not seen by then is left out.
+/// Finds the structures of these modules. Waits until each module was found in one structure, then briefly for modules
+/// of the same name in other structures unless `structure` is given, at most for `timeout`. Modules that were not found
+/// are left out.
 ///
 /// # Errors
-/// The network refuses.
+/// Zenoh cannot declare the subscriber.
 pub async fn homes(
     session: &Session,
     structure: Option<&StructureName>,
@@ -76,10 +76,10 @@ pub async fn homes(
     find(session, structure, Homes::of(modules, name), timeout).await
 }
 
-/// Which structures have a simulated plant. Waits for one like [`homes`]; empty if none was seen.
+/// Finds the structures that have a simulated plant. Waits for one like [`homes`]; empty if none was found.
 ///
 /// # Errors
-/// The network refuses.
+/// Zenoh cannot declare the subscriber.
 pub async fn plants(
     session: &Session,
     structure: Option<&StructureName>,
@@ -108,7 +108,7 @@ async fn find<N: Ord + Clone, F: Fn(Key) -> Option<(N, StructureName)>>(
     while let Ok(Ok(token)) = timeout_at(until, tokens.recv_async()).await {
         homes.note(token.key_expr().as_str(), token.kind() == SampleKind::Put);
         if homes.are_complete() {
-            // With a structure given there is nothing else to come.
+            // With a given structure there are no others to wait for.
             let hold = structure.map_or(NAMESAKES_WITHIN, |_| Duration::ZERO);
             until = until.min(Instant::now() + hold);
         } else {
@@ -118,10 +118,10 @@ async fn find<N: Ord + Clone, F: Fn(Key) -> Option<(N, StructureName)>>(
     Ok(homes.found)
 }
 
-/// Which of the wanted were seen, and where.
+/// Which of the wanted processes were found, and in which structures.
 struct Homes<'a, N, F> {
     wanted: &'a [N],
-    /// Who has this token, and in which structure.
+    /// Extracts the name and the structure from a token's key.
     name: F,
     found: BTreeMap<N, BTreeSet<StructureName>>,
 }

@@ -1,4 +1,4 @@
-//! One question to one process, and the three ways it can end: answered, refused, unanswered.
+//! One question to one process, which ends in one of three ways: answered, refused, unanswered.
 
 use std::fmt::Display;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use zenoh::session::SessionGetBuilder;
 
 use super::view::QueryError;
 
-/// Queries one process. The first answer is accepted: one process owns a key.
+/// Queries one process. Returns the first answer, because one process owns a key.
 pub(super) async fn ask<A: Message>(
     session: &Session,
     key: &Key,
@@ -24,7 +24,8 @@ pub(super) async fn ask<A: Message>(
     answer(session.get(selector), timeout).await.map_err(|error| untaken(error, timeout))
 }
 
-/// The same with a message as payload. Tells [`QueryError::Untaken`] from an answer that does not come in time.
+/// Like [`ask`], with a message as payload. Returns [`QueryError::Untaken`] if no process accepted the command, in
+/// contrast to an answer that is late.
 pub(super) async fn command<A: Message>(
     session: &Session,
     key: &Key,
@@ -36,7 +37,7 @@ pub(super) async fn command<A: Message>(
     answer(query.encoding(Encoding::APPLICATION_JSON), timeout).await
 }
 
-/// A question that no process takes is not answered.
+/// Maps a question that no process accepted to a timeout.
 pub(super) fn untaken(error: QueryError, timeout: Duration) -> QueryError {
     match error {
         QueryError::Untaken => QueryError::Unanswered(timeout),
@@ -57,7 +58,7 @@ async fn answer<A: Message>(
     }
 }
 
-/// Decodes a reply. A reply that is an error but no refusal comes from the network itself.
+/// Decodes a reply. An error reply that is not a [`Refused`] comes from Zenoh itself.
 pub(super) fn read<A: Message>(reply: &Reply, timeout: Duration) -> Result<A, QueryError> {
     match reply.result() {
         Ok(sample) => vocabulary::decode(&sample.payload().to_bytes()).map_err(senseless),

@@ -1,5 +1,4 @@
-//! Where a holder can be reached: what stands in a certificate so that a client can verify that it is
-//! the right computer.
+//! The addresses in a certificate, by which a client verifies that it has reached the right computer.
 
 use std::fmt;
 use std::net::IpAddr;

@@ -1,7 +1,7 @@
-//! The authority of a structure: makes itself, issues and renews certificates.
+//! The certificate authority of a structure: creates itself, issues and renews certificates.
 //!
-//! Keys are ECDSA on P-256; a holder's certificate is for TLS clients, and for servers too if it names
-//! addresses. Every serial number is random.
+//! Keys are ECDSA on P-256. A holder's certificate is for TLS clients, and also for servers if it names addresses.
+//! Serial numbers are random.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,29 +19,29 @@ use crate::identity::{self, Identity};
 use crate::lifetime::Lifetime;
 use crate::private_files::{New, make_directory, replace_public};
 
-/// Why there is no authority, or no certificate of it.
+/// Why an authority could not be used, or a certificate could not be issued.
 #[derive(Debug, thiserror::Error)]
 pub enum IssueError {
-    /// There is something already.
+    /// The file or directory already exists.
     #[error("`{0}` already exists; renew its certificate, or remove it first")]
     Exists(PathBuf),
-    /// The disk refuses.
+    /// A file cannot be written.
     #[error("`{file}` cannot be written: {reason}")]
     Write {
-        /// What was to be written.
+        /// The file.
         file: PathBuf,
-        /// Why it was not.
+        /// The cause.
         reason: io::Error,
     },
-    /// No authority here.
+    /// The library lacks an authority.
     #[error("`{file}` {reason}; make an authority with `trusswatch pki authority STRUCTURE`")]
     NoAuthority {
-        /// What is missing of it.
+        /// The missing or invalid file.
         file: PathBuf,
-        /// How.
+        /// The cause.
         reason: String,
     },
-    /// A certificate that cannot be renewed.
+    /// A certificate cannot be renewed.
     #[error("`{file}` {reason}")]
     NoCertificate {
         /// The file.
@@ -57,10 +57,10 @@ pub enum IssueError {
         "the authority's certificate ended on {0}; make a new authority in a new directory and reissue everything"
     )]
     AuthorityEnded(String),
-    /// The library that makes certificates refuses.
+    /// The library that generates certificates failed.
     #[error("no certificate can be made: {0}")]
     Making(#[from] rcgen::Error),
-    /// No randomness.
+    /// The random number generator failed.
     #[error("system random number generator failed")]
     NoRandomness,
 }
@@ -71,7 +71,7 @@ pub(crate) struct Made {
     pub(crate) certificate: String,
 }
 
-/// A structure's authority with its key.
+/// A structure's authority, with its private key.
 #[derive(Debug)]
 pub struct Authority {
     structure: StructureName,
@@ -81,10 +81,10 @@ pub struct Authority {
 }
 
 impl Authority {
-    /// Makes an authority in a library.
+    /// Creates an authority in a library.
     ///
     /// # Errors
-    /// There is one already, or it cannot be written; then nothing was.
+    /// The library already has an authority, or it cannot be written; then nothing was written.
     pub fn create(
         library: &Path,
         structure: StructureName,
@@ -109,7 +109,7 @@ impl Authority {
     /// Reads the authority of a library.
     ///
     /// # Errors
-    /// There is none, or none that [`Authority::create`] has made.
+    /// The library has no authority created by [`Authority::create`].
     pub fn open(library: &Path) -> Result<Self, IssueError> {
         let directory = library.join(AUTHORITY);
         let file = directory.join(identity::CERTIFICATE);
@@ -132,7 +132,7 @@ impl Authority {
         Ok(Self { structure, key, certificate, pem })
     }
 
-    /// The structure that it is the authority of.
+    /// The structure of the authority.
     #[must_use]
     pub fn structure(&self) -> &StructureName {
         &self.structure
@@ -144,11 +144,11 @@ impl Authority {
         &self.certificate
     }
 
-    /// Makes a key and a certificate for a holder, in the first generation or a later one, in a directory of their own, with the authority's
-    /// certificate beside them. The certificate ends with the authority's at the latest.
+    /// Issues a key and a certificate to a holder, of the first or a later generation, in a new directory together with
+    /// the authority's certificate. The certificate expires at the latest when the authority's does.
     ///
     /// # Errors
-    /// The directory is there already, or cannot be written; then nothing was.
+    /// The directory already exists or cannot be written; then nothing was written.
     pub fn issue(
         &self,
         directory: &Path,
@@ -168,7 +168,7 @@ impl Authority {
         Ok(Identity::in_directory(directory))
     }
 
-    /// Makes a key and a certificate, not yet on the disk.
+    /// Generates a key and a certificate without writing them.
     pub(crate) fn make(
         &self,
         issued: Issued,
@@ -181,12 +181,11 @@ impl Authority {
         Ok(Made { key: key.serialize_pem(), certificate })
     }
 
-    /// Puts a certificate with the same name, addresses and key and another lifetime in the place of a
-    /// certificate. The key is not touched and need not even be there.
+    /// Replaces a certificate by one with the same name, addresses and key and another lifetime. The key file is not
+    /// read and may be missing.
     ///
     /// # Errors
-    /// The certificate is not one that this authority has signed, or cannot be written; then it is left
-    /// as it is.
+    /// The certificate was not signed by this authority, or it cannot be written; then it is unchanged.
     pub fn renew(&self, identity: &Identity, lifetime: Lifetime) -> Result<(), IssueError> {
         let file = &identity.certificate;
         let refused = |reason: String| IssueError::NoCertificate { file: file.clone(), reason };
@@ -232,13 +231,13 @@ impl Authority {
     }
 }
 
-/// For certificates that are renewed.
+/// The public key of a certificate being renewed.
 impl PublicKeyData for PublicKey {
     fn der_bytes(&self) -> &[u8] {
         &self.bits
     }
 
-    /// That of every key that [`Authority::issue`] makes.
+    /// The algorithm of every key that [`Authority::issue`] generates.
     fn algorithm(&self) -> &'static SignatureAlgorithm {
         &rcgen::PKCS_ECDSA_P256_SHA256
     }
@@ -246,7 +245,7 @@ impl PublicKeyData for PublicKey {
 
 const OF: &str = "authority of ";
 
-/// What the authority of a structure calls itself.
+/// The name in the authority's own certificate.
 fn name(structure: &StructureName) -> String {
     format!("{OF}{structure}")
 }
@@ -270,7 +269,7 @@ fn params(common_name: &str, lifetime: Lifetime) -> Result<CertificateParams, Is
     Ok(params)
 }
 
-/// Random, as RFC 5280 wants it: at most 20 octets, positive.
+/// A random serial number as required by RFC 5280: positive, at most 20 octets.
 fn random_serial() -> Result<SerialNumber, IssueError> {
     let mut octets = [0; 16];
     let random = rustls::crypto::ring::default_provider().secure_random;

@@ -1,5 +1,5 @@
-//! A person's key and certificate in one file, for a browser: PKCS #12 (RFC 7292), sealed with a password, by
-//! AES-256 and HMAC-SHA-256.
+//! Exports a person's key and certificate to one file for a browser: PKCS #12 (RFC 7292), encrypted with a password by
+//! AES-256 and authenticated with HMAC-SHA-256.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,20 +13,20 @@ use crate::holder::{CommonName, Holder};
 use crate::identity::{Identity, IdentityProblem};
 use crate::private_files::create_private;
 
-/// Shortest password, in characters: whoever gets hold of the file can guess as often as he likes.
+/// Shortest password, in characters: an attacker with the file can try any number of passwords.
 pub const SHORTEST_PASSWORD: usize = 12;
-/// Of generated passwords: letters and digits that are not mistaken for one another, 32 of them.
+/// The alphabet of generated passwords: 32 letters and digits that are not easily confused.
 const ALPHABET: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
-/// Characters of a generated password: 100 bits.
+/// Length of a generated password: 100 bits.
 const GENERATED: usize = 20;
 
-/// Why no file was made.
+/// Why no file was written.
 #[derive(Debug, thiserror::Error)]
 pub enum BrowserFileError {
-    /// Something is wrong with the files of the holder.
+    /// The files of the holder are invalid.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Problems(Vec<IdentityProblem>),
-    /// A machine has no browser.
+    /// The holder is a machine, which has no browser.
     #[error("`{0}` is not an operator or observer; only their certificates can be exported")]
     NoPerson(String),
     /// The password is too short.
@@ -34,45 +34,45 @@ pub enum BrowserFileError {
         "the password has {0} characters; use {SHORTEST_PASSWORD} or more, or leave it out to have one made"
     )]
     Password(usize),
-    /// The certificate or the key is of a kind that cannot stand in such a file.
+    /// PKCS #12 does not support this kind of certificate or key.
     #[error("{}: cannot be sealed: {reason}", file.display())]
     Sealing {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// The disk refuses, or there is one already.
+    /// The file already exists or cannot be written.
     #[error("{}: {reason}; a file that is there is never overwritten: remove it first", file.display())]
     Writing {
         /// The file.
         file: PathBuf,
-        /// Why.
+        /// The cause.
         reason: io::Error,
     },
-    /// No randomness.
+    /// The random number generator failed.
     #[error("system random number generator failed")]
     NoRandomness,
 }
 
-/// A password of 100 random bits, easily typed.
+/// Generates a password of 100 random bits that is easy to type.
 ///
 /// # Errors
-/// The system has no random numbers.
+/// The system's random number generator failed.
 pub fn password() -> Result<String, BrowserFileError> {
     let mut bytes = [0; GENERATED];
     let random = rustls::crypto::ring::default_provider().secure_random;
     random.fill(&mut bytes).map_err(|_| BrowserFileError::NoRandomness)?;
-    // 256 is a multiple of 32: every character is as likely as any other.
+    // 256 is a multiple of 32, so all characters are equally likely.
     Ok(bytes.iter().map(|byte| char::from(ALPHABET[usize::from(byte % 32)])).collect())
 }
 
-/// Writes the key and the certificate of an operator or an observer, with the authority's certificate, into a file that
-/// only its owner may read.
+/// Writes the key and the certificate of an operator or an observer, with the authority's certificate, to a file
+/// readable by its owner only.
 ///
 /// # Errors
-/// The holder is no person, something is wrong with its files or with the password, or there is such a file already; then
-/// none is written. Or the disk refuses.
+/// The holder is a machine, its files or the password are invalid, the file already exists, or it cannot be written. An
+/// existing file is never changed.
 pub fn write(identity: &Identity, password: &str, file: &Path) -> Result<(), BrowserFileError> {
     let length = password.chars().count();
     if length < SHORTEST_PASSWORD {

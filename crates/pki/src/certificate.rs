@@ -1,4 +1,4 @@
-//! What stands in a certificate.
+//! Reads certificates.
 
 use std::io;
 use std::net::IpAddr;
@@ -14,19 +14,19 @@ use x509_parser::prelude::FromDer;
 use crate::address::Address;
 use crate::lifetime::Lifetime;
 
-/// A certificate that was read; nothing about it has been verified.
+/// A certificate as read from a file; nothing in it has been verified.
 #[derive(Debug, Clone)]
 pub struct Certificate {
-    /// Common name of whom it is for.
+    /// The common name of its holder.
     pub common_name: Option<String>,
-    /// Where its holder can be reached.
+    /// The addresses of its holder.
     pub addresses: Vec<Address>,
-    /// From when until when it is valid.
+    /// Its period of validity.
     pub lifetime: Lifetime,
-    /// The public key: the bit string, and the whole as X.509 writes it.
+    /// The public key: the bit string, and its complete X.509 encoding.
     pub(crate) public_key: PublicKey,
     pub(crate) der: CertificateDer<'static>,
-    /// Certificates that follow in the file.
+    /// Further certificates in the file.
     pub(crate) followers: Vec<CertificateDer<'static>>,
 }
 
@@ -40,24 +40,24 @@ pub(crate) struct PublicKey {
 /// Why a file is not a valid certificate.
 #[derive(Debug, thiserror::Error)]
 pub enum CertificateError {
-    /// There is no such file, or it may not be read.
+    /// The file does not exist or cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(#[from] io::Error),
-    /// Something else.
+    /// The content is not a certificate.
     #[error("holds no certificate in PEM form")]
     NotOne,
 }
 
 impl Certificate {
-    /// Reads the first certificate of a file.
+    /// Reads the first certificate in a file.
     ///
     /// # Errors
-    /// The file cannot be read or holds none.
+    /// The file cannot be read or contains no certificate.
     pub fn read(file: &Path) -> Result<Self, CertificateError> {
         Self::from_pem(&std::fs::read(file)?)
     }
 
-    /// The common name in a certificate as TLS has it, if it has one.
+    /// The common name in a certificate received over TLS, if it has one.
     #[must_use]
     pub fn common_name_in(der: &CertificateDer<'_>) -> Option<String> {
         Self::from_der(der.clone().into_owned(), Vec::new())?.common_name

@@ -1,8 +1,8 @@
-//! How services come by their identities: from the credential store of systemd.
+//! Provides services with their identities through the credential store of systemd.
 //!
-//! A unit says `LoadCredential=key.pem:trusswatch.module1.key.pem`; the service manager takes that file
-//! from the store, which only root can read, and shows it to this service alone, as `key.pem` in
-//! `/run/credentials/UNIT`, while it runs. The names here are those in `deploy/systemd`.
+//! A unit contains `LoadCredential=key.pem:trusswatch.module1.key.pem`. The service manager reads that file from the
+//! store, which only root can read, and makes it available to this service alone, as `key.pem` in
+//! `/run/credentials/UNIT`, while the service runs. The names below are those in `deploy/systemd`.
 
 use std::fs;
 use std::io;
@@ -13,12 +13,12 @@ use crate::holder::{CommonName, Holder, HolderError};
 use crate::identity::{AUTHORITY, CERTIFICATE, Identity, IdentityProblem, KEY};
 use crate::private_files::{make_private_directory, replace_private};
 
-/// Where the service manager takes credentials from.
+/// The store from which the service manager loads credentials.
 pub const STORE: &str = "/etc/credstore";
-/// Where it shows each service its own, in a directory that is called like the unit.
+/// The directory in which each unit has a subdirectory with its credentials.
 const SHOWN: &str = "/run/credentials";
 
-/// Before and behind the instance in the name of a diagnoser's unit.
+/// Prefix and suffix of the name of a diagnoser's unit, around the instance.
 const DIAGNOSER: (&str, &str) = ("trusswatch-diagnoser@", ".service");
 const PLANT: &str = "trusswatch-plant.service";
 const ROUTER: &str = "trusswatch-router.service";
@@ -34,10 +34,10 @@ pub enum Service {
     Router,
 }
 
-/// Why an identity is not in the store.
+/// Why an identity was not installed.
 #[derive(Debug, thiserror::Error)]
 pub enum InstallError {
-    /// Files that no service could use.
+    /// The files are invalid.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Problems(Vec<IdentityProblem>),
     /// A certificate that cannot be read.
@@ -45,40 +45,40 @@ pub enum InstallError {
     Certificate {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The cause.
         reason: CertificateError,
     },
-    /// A certificate that says nothing of a holder.
+    /// A certificate whose name is not that of a holder.
     #[error("`{file}`: {reason}")]
     Name {
         /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The cause.
         reason: HolderError,
     },
-    /// A person's certificate.
+    /// The certificate of a person.
     #[error("`{0}` has no service; show its directory with `--tls`")]
     NoService(CommonName),
-    /// Services of this computer are under another authority.
+    /// Services of this computer belong to another authority.
     #[error(
         "`{0}` is the certificate of another authority and is left as it is; remove it first if every \
          service of this computer gets a new identity"
     )]
     OtherAuthority(PathBuf),
-    /// The disk refuses.
+    /// A file cannot be read, written or removed.
     #[error("`{file}` cannot be {done}: {reason}")]
     File {
         /// The file.
         file: PathBuf,
-        /// What could not be done with it.
+        /// The failed operation.
         done: &'static str,
-        /// Why not.
+        /// The cause.
         reason: io::Error,
     },
 }
 
 impl Service {
-    /// The service that a holder's identity is for; people have none.
+    /// The service of a holder; `None` for people.
     #[must_use]
     pub fn of(holder: &Holder) -> Option<Self> {
         match holder {
@@ -89,7 +89,7 @@ impl Service {
         }
     }
 
-    /// The service of a unit.
+    /// The service of a unit, if it has one.
     fn of_unit(unit: &str) -> Option<Self> {
         match unit {
             PLANT => Some(Service::Plant),
@@ -101,7 +101,7 @@ impl Service {
         }
     }
 
-    /// Its unit.
+    /// The name of its unit.
     #[must_use]
     pub fn unit(&self) -> String {
         match self {
@@ -111,13 +111,13 @@ impl Service {
         }
     }
 
-    /// The directory that it sees its identity in while it runs.
+    /// The directory that contains its identity while it runs.
     #[must_use]
     pub fn shown(&self) -> PathBuf {
         Path::new(SHOWN).join(self.unit())
     }
 
-    /// Where its identity is in a store.
+    /// Its identity in a store.
     #[must_use]
     pub fn stored(&self, store: &Path) -> Identity {
         let name = match self {
@@ -133,8 +133,8 @@ impl Service {
     }
 }
 
-/// The identity that a directory stands for. While a service does not run, the directory that it will
-/// see is not there, and the identity is where the service manager will take it from.
+/// The identity in a directory. While a service does not run, its directory does not exist, and the identity is in the
+/// store from which the service manager will load it.
 #[must_use]
 pub fn identity(directory: &Path) -> Identity {
     let unit = directory.strip_prefix(SHOWN).ok().and_then(Path::to_str);
@@ -144,12 +144,12 @@ pub fn identity(directory: &Path) -> Identity {
     }
 }
 
-/// Puts an identity into a store, over an older one of the same service and authority. The service takes
-/// it when it starts.
+/// Installs an identity in a store, replacing an older one of the same service and authority. The service loads it at
+/// its next start.
 ///
 /// # Errors
-/// An identity that is no good, of a person, or of another authority than what is there; or the disk
-/// refuses.
+/// The identity is invalid, belongs to a person, or to another authority than the installed ones; or a file cannot be
+/// written.
 pub fn install(identity: &Identity, store: &Path) -> Result<Service, InstallError> {
     let mut problems = identity.problems(None, &[]);
     // This computer's clock may not be set yet.
@@ -183,7 +183,7 @@ fn common_name(file: &Path) -> Result<CommonName, InstallError> {
     name.unwrap_or_default().parse().map_err(refused)
 }
 
-/// What a certificate says, however its file is laid out.
+/// The content of a certificate, independent of the layout of its file.
 fn certificate(file: &Path) -> Result<Vec<u8>, InstallError> {
     let read = Certificate::read(file).map_err(|error| unreadable(file, error))?;
     Ok(read.der.to_vec())

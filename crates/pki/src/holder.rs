@@ -1,4 +1,4 @@
-//! The holder of a certificate.
+//! Holders of certificates.
 //!
 //! ```text
 //! module1          a module's computer
@@ -6,11 +6,11 @@
 //! router.ground    a router
 //! operator.ada     may issue commands
 //! observer.wall    may only read
-//! module1~2        the second *generation* of a certificate: the one after a revocation
+//! module1~2        the second *generation* of a certificate: issued after a revocation
 //! ```
 //!
-//! Access control knows a certificate by its common name alone. Only a name that the lost certificate has
-//! not can therefore do without it; a renewed certificate keeps its generation.
+//! Access control identifies a certificate by its common name alone. To exclude a lost certificate, its successor must
+//! therefore have another name; a renewed certificate keeps its generation.
 
 use std::fmt;
 use std::num::NonZeroU32;
@@ -18,9 +18,9 @@ use std::str::FromStr;
 
 use vocabulary::{ModuleName, StructureName};
 
-/// What an authority's own directory is called; no module may be called so.
+/// Directory of the authority; not permitted as a module name.
 pub const AUTHORITY: &str = "authority";
-/// What the directory of revoked certificates is called; nor so.
+/// Directory of revoked certificates; not permitted as a module name.
 pub const REVOKED: &str = "revoked";
 /// The plant.
 const PLANT: &str = "plant";
@@ -34,7 +34,7 @@ pub enum Holder {
     Module(ModuleName),
     /// The simulated plant.
     Plant,
-    /// A router.
+    /// A router, by name.
     Router(BearerName),
     /// A person or a program that may acknowledge, reset, inject and order strokes.
     Operator(BearerName),
@@ -42,34 +42,34 @@ pub enum Holder {
     Observer(BearerName),
 }
 
-/// Name of a router, an operator or an observer: of the alphabet of all names.
+/// The name of a router, an operator or an observer, with the same characters as all other names.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct BearerName(ModuleName);
 
-/// Between holder and generation: outside the alphabet of names, and plain in file names and in JSON.
+/// Separates holder and generation: not permitted in names, and without special meaning in file names and JSON.
 const MARK: char = '~';
 
-/// How many certificates with other names a holder has had, with this one.
+/// The number of common names that a holder has had, including this one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Generation(NonZeroU32);
 
 impl Generation {
-    /// That of a holder of whom nothing was revoked; it is not written.
+    /// The generation before any revocation; it is omitted from names.
     pub const FIRST: Self = Self(NonZeroU32::MIN);
 
-    /// The one after it is revoked.
+    /// The generation after this one is revoked.
     #[must_use]
     pub fn next(self) -> Self {
         Self(self.0.saturating_add(1))
     }
 
-    /// As a number, from 1.
+    /// The number of the generation, from 1.
     #[must_use]
     pub fn number(self) -> u32 {
         self.0.get()
     }
 
-    /// As it is written behind the mark, in one way only.
+    /// Parses the number after the mark; accepts only its canonical form.
     fn written(text: &str) -> Option<Self> {
         let read = Self(text.parse().ok()?);
         (read > Self::FIRST && read.0.to_string() == text).then_some(read)
@@ -79,38 +79,38 @@ impl Generation {
 /// A holder with the generation of a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Issued {
-    /// Who.
+    /// The holder.
     pub holder: Holder,
-    /// By which of the holder's certificates.
+    /// The generation of the certificate.
     pub generation: Generation,
 }
 
-/// A holder in a structure, as a certificate names it.
+/// A holder in a structure: the common name in a certificate.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct CommonName {
-    /// Who, by which certificate.
+    /// The holder and the generation.
     pub issued: Issued,
-    /// Of which structure.
+    /// The structure.
     pub structure: StructureName,
 }
 
-/// A text that names no holder.
+/// The text is not the name of a holder.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum HolderError {
-    /// Nothing of that form.
+    /// The text does not have the form of a holder.
     #[error(
         "invalid holder `{0}`: expected MODULE, plant, router.NAME, operator.NAME or observer.NAME"
     )]
     Form(String),
-    /// A generation that is not written so.
+    /// The generation is not in canonical form.
     #[error(
         "`{0}` names no generation of a certificate; `module1~2` does, and `module1` the first"
     )]
     Generation(String),
-    /// A common name without a structure.
+    /// The common name has no structure.
     #[error("invalid common name `{0}`: expected HOLDER.STRUCTURE, e.g. `module1.tower`")]
     NoStructure(String),
-    /// Too long for a certificate.
+    /// The name is too long for a certificate.
     #[error("`{0}` is longer than the {MAX_COMMON_NAME} characters of a common name")]
     TooLong(String),
 }
@@ -163,7 +163,7 @@ impl FromStr for Holder {
     }
 }
 
-/// By the first certificate.
+/// The first generation.
 impl From<Holder> for Issued {
     fn from(holder: Holder) -> Self {
         Self { holder, generation: Generation::FIRST }
@@ -193,18 +193,18 @@ impl FromStr for Issued {
 }
 
 impl CommonName {
-    /// A holder of a structure.
+    /// The common name of a holder in a structure.
     ///
     /// # Errors
-    /// Too long for a certificate.
+    /// The name is too long for a certificate.
     pub fn new(issued: impl Into<Issued>, structure: StructureName) -> Result<Self, HolderError> {
         let name = Self { issued: issued.into(), structure };
         let text = name.to_string();
         if text.len() > MAX_COMMON_NAME { Err(HolderError::TooLong(text)) } else { Ok(name) }
     }
 
-    /// Whether it is of the same holder in the same structure, by whichever certificate. Which one is
-    /// the present one, only access control knows.
+    /// Whether both have the same holder and structure, in any generation. Only access control knows the present
+    /// generation.
     #[must_use]
     pub fn is_of_holder_of(&self, other: &Self) -> bool {
         self.issued.holder == other.issued.holder && self.structure == other.structure

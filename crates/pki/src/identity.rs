@@ -1,4 +1,4 @@
-//! The files that a holder authenticates with, and what may be wrong with them.
+//! The files that a holder authenticates with, and checks of them.
 
 use std::io;
 use std::os::unix::fs::PermissionsExt;
@@ -19,14 +19,14 @@ use crate::holder::CommonName;
 use crate::lifetime::{Lifetime, now};
 use crate::private_files::PRIVATE;
 
-/// The authority's certificate in an identity's directory.
+/// File name of the authority's certificate.
 pub const AUTHORITY: &str = "authority.pem";
-/// The holder's certificate in an identity's directory.
+/// File name of the holder's certificate.
 pub const CERTIFICATE: &str = "certificate.pem";
-/// The holder's key in an identity's directory.
+/// File name of the holder's key.
 pub const KEY: &str = "key.pem";
 
-/// Where the files of a holder are.
+/// The paths of a holder's files.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Identity {
     /// The authority's certificate.
@@ -37,61 +37,61 @@ pub struct Identity {
     pub key: PathBuf,
 }
 
-/// Something wrong with a file, and what would be right.
+/// A problem of a file, with the remedy.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {wrong}", file.display())]
 pub struct IdentityProblem {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it.
+    /// The problem.
     pub wrong: FileProblem,
 }
 
-/// What may be wrong with a file of an identity.
+/// A problem of a file of an identity.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FileProblem {
-    /// Missing, not allowed, or something else than it should be.
+    /// The file is missing, not readable or not what it should be.
     #[error("{0}")]
     Unusable(String),
     /// The certificate has expired.
     #[error("expired on {0}; renew it with `trusswatch pki renew`")]
     Expired(String),
-    /// Its time is to come, or this computer's clock is behind.
+    /// The certificate is not valid yet, or this computer's clock is behind.
     #[error("is not valid before {from}, and this computer's clock says {now}; set the clock")]
     NotYetValid {
         /// When it becomes valid.
         from: String,
-        /// What the clock says.
+        /// The time of this computer's clock.
         now: String,
     },
-    /// Issued to another holder.
+    /// The certificate was issued to another holder.
     #[error(
         "was issued to `{found}`, but this is `{expected}`; use the certificate of `{expected}`"
     )]
     OtherName {
-        /// Whose it is.
+        /// The holder in the certificate.
         found: String,
-        /// Whose it should be.
+        /// The expected holder.
         expected: String,
     },
-    /// Signed by another authority, or not for this use.
+    /// The certificate is signed by another authority, or not for this use.
     #[error("is not signed by the authority in `{}`; use the certificate and the authority that were issued together", .0.display())]
     OtherAuthority(PathBuf),
-    /// A client would find that it is another computer.
+    /// The certificate lacks an address of this process, so clients would reject it.
     #[error("does not name {0}, where this process listens; issue it with `--address {0}`")]
     OtherAddress(Address),
-    /// A key that others can read.
+    /// The key is readable by other users.
     #[error(
         "readable by other users (mode {0:04o}); set mode {PRIVATE:04o}, and issue a new key if it may have been read"
     )]
     Exposed(u32),
-    /// The key of another certificate.
+    /// The key belongs to another certificate.
     #[error("does not belong to the certificate in `{}`; use the key that was issued with it", .0.display())]
     OtherKey(PathBuf),
 }
 
 impl FileProblem {
-    /// Whether it comes and goes with the time of day, as the files stay the same.
+    /// Whether the problem depends on the time, while the files stay the same.
     #[must_use]
     pub fn passes(&self) -> bool {
         matches!(self, FileProblem::Expired(_) | FileProblem::NotYetValid { .. })
@@ -99,7 +99,7 @@ impl FileProblem {
 }
 
 impl Identity {
-    /// The files of a directory as `trusswatch pki issue` makes it.
+    /// The files in a directory created by `trusswatch pki issue`.
     #[must_use]
     pub fn in_directory(directory: &Path) -> Self {
         Self {
@@ -109,8 +109,8 @@ impl Identity {
         }
     }
 
-    /// Everything that is wrong with the files: with themselves, with one another, and with the name
-    /// that they should be for, in whichever generation. `listening` is where the holder listens, if anywhere.
+    /// All problems of the files: of each file, between the files, and with the expected name in any generation.
+    /// `listening` lists the addresses on which the holder listens.
     #[must_use]
     pub fn problems(
         &self,
@@ -151,7 +151,7 @@ impl Identity {
         problems
     }
 
-    /// How many days the certificate is still good for, if that is not many.
+    /// Remaining days of validity, if the certificate expires soon.
     #[must_use]
     pub fn ends_soon(&self) -> Option<i64> {
         let left = Certificate::read(&self.certificate).ok()?.lifetime.last_part_left(now());
@@ -230,8 +230,8 @@ fn provider() -> Arc<CryptoProvider> {
     Arc::new(rustls::crypto::ring::default_provider())
 }
 
-/// Whether TLS takes the certificate as signed by the authority. That is asked for the certificate's
-/// first moment, so that it is no question of time.
+/// Whether TLS accepts the authority's signature on the certificate. The check uses the beginning of the certificate's
+/// validity, so that the result does not depend on the present time.
 pub(crate) fn is_signed_by(own: &Certificate, authority: &Certificate) -> bool {
     let mut roots = RootCertStore::empty();
     if roots.add(authority.der.clone()).is_err() {

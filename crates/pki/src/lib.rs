@@ -8,19 +8,19 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `holder` | who a certificate is for and in which generation, and how that is written |
-//! | `address` | where a holder can be reached |
-//! | `lifetime` | from when until when |
-//! | `certificate` | what stands in a certificate |
-//! | `identity` | the files of a holder, and what is wrong with them |
-//! | `authority` | makes the authority, issues and renews |
-//! | `library` | the directory with the authority and every identity that it has issued |
-//! | `revocation` | a certificate whose key is lost gives way to another one |
-//! | `credentials` | how services come by their identities, from systemd's credential store |
-//! | `browser` | a person's key and certificate in one file for a browser |
-//! | `private_files` | writing files readable by the owner only, and never over something that is there |
+//! | `holder` | holders and generations, and their names |
+//! | `address` | addresses of holders |
+//! | `lifetime` | periods of validity |
+//! | `certificate` | reads certificates |
+//! | `identity` | the files of a holder, and checks of them |
+//! | `authority` | creates the authority, issues and renews certificates |
+//! | `library` | the directory with the authority and all issued identities |
+//! | `revocation` | revokes a certificate whose key is lost, and replaces it |
+//! | `credentials` | provides services with identities through the credential store of systemd |
+//! | `browser` | exports a person's key and certificate to one file for a browser |
+//! | `private_files` | writes files readable by the owner only, without overwriting existing ones |
 //!
-//! Certificates are made with [rcgen] and judged with [rustls], as on the network.
+//! Certificates are generated with [rcgen] and verified with [rustls], as on the network.
 
 pub mod address;
 pub mod authority;

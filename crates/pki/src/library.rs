@@ -1,4 +1,4 @@
-//! The directory with the authority, every identity that it has issued, and the certificates that are revoked.
+//! The directory with the authority, all issued identities, and the revoked certificates.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -8,29 +8,29 @@ use crate::certificate::Certificate;
 use crate::holder::{CommonName, Generation, Holder, Issued, REVOKED};
 use crate::identity::Identity;
 
-/// Behind the name of a revoked certificate in the name of its file.
+/// Suffix of the file of a revoked certificate, after its name.
 const PEM: &str = ".pem";
 
-/// A directory of identities, each in a directory that is called like its holder.
+/// A directory of identities, each in a subdirectory named after its holder.
 #[derive(Debug, Clone)]
 pub struct Library {
     directory: PathBuf,
 }
 
 impl Library {
-    /// The library in this directory, which need not be there yet.
+    /// The library in this directory, which may not exist yet.
     #[must_use]
     pub fn at(directory: &Path) -> Self {
         Self { directory: directory.to_owned() }
     }
 
-    /// Where it is.
+    /// Its directory.
     #[must_use]
     pub fn directory(&self) -> &Path {
         &self.directory
     }
 
-    /// Where a holder's identity is or would be.
+    /// The path of a holder's identity, whether or not it exists.
     #[must_use]
     pub fn place_of(&self, holder: &Holder) -> PathBuf {
         self.directory.join(holder.to_string())
@@ -42,7 +42,7 @@ impl Library {
         Identity::in_directory(&self.place_of(holder))
     }
 
-    /// Every holder with an identity here, by name.
+    /// All holders with an identity in the library, sorted by name.
     ///
     /// # Errors
     /// The directory cannot be read.
@@ -57,10 +57,10 @@ impl Library {
         Ok(holders)
     }
 
-    /// Every certificate that is revoked.
+    /// All revoked certificates; none without a directory of them.
     ///
     /// # Errors
-    /// There are some, but their directory cannot be read.
+    /// The directory exists but cannot be read.
     pub fn revoked(&self) -> io::Result<Vec<Issued>> {
         match revoked_in(&self.revoked_directory()) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
@@ -68,7 +68,7 @@ impl Library {
         }
     }
 
-    /// Where a revoked certificate is or would be.
+    /// The path of a revoked certificate, whether or not it exists.
     #[must_use]
     pub fn place_of_revoked(&self, issued: &Issued) -> PathBuf {
         self.revoked_directory().join(format!("{issued}{PEM}"))
@@ -78,8 +78,8 @@ impl Library {
         self.directory.join(REVOKED)
     }
 
-    /// The generation of every holder's certificate: of the present one, which comes after those that are
-    /// revoked, or of the one that would be issued.
+    /// The generation of each holder's certificate: of the present one or, after a revocation, of the one to be issued
+    /// next.
     ///
     /// # Errors
     /// The directory cannot be read.
@@ -89,7 +89,7 @@ impl Library {
         Ok(Generations::of_all(self.revoked()?, present))
     }
 
-    /// A holder by the certificate that is here.
+    /// A holder with the generation of the certificate in the library.
     #[must_use]
     pub fn present(&self, holder: &Holder) -> Option<Issued> {
         let read = Certificate::read(&self.identity(holder).certificate).ok()?;
@@ -98,10 +98,11 @@ impl Library {
     }
 }
 
-/// Every certificate in a directory of revoked ones, such as a copy of `pki/revoked`, by the names of the files.
+/// All certificates in a directory of revoked ones, such as a copy of `pki/revoked`, according to the names of the
+/// files.
 ///
 /// # Errors
-/// The directory is not there or cannot be read.
+/// The directory does not exist or cannot be read.
 pub fn revoked_in(directory: &Path) -> io::Result<Vec<Issued>> {
     let mut revoked = Vec::new();
     for entry in std::fs::read_dir(directory)? {
@@ -113,12 +114,12 @@ pub fn revoked_in(directory: &Path) -> io::Result<Vec<Issued>> {
     Ok(revoked)
 }
 
-/// The generation of each holder's present certificate; one of whom nothing is known has the first, or would get it.
+/// The generation of each holder's present certificate, or of the one to be issued; the first for unknown holders.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Generations(BTreeMap<Holder, Generation>);
 
 impl Generations {
-    /// After those that are revoked, and not before those that are present.
+    /// For each holder the highest of the present generations and the successors of revoked ones.
     fn of_all(revoked: Vec<Issued>, present: Vec<Issued>) -> Self {
         let after = |revoked: Issued| Issued { generation: revoked.generation.next(), ..revoked };
         let mut latest = BTreeMap::new();
@@ -129,7 +130,7 @@ impl Generations {
         Self(latest)
     }
 
-    /// A holder by the present certificate, or by the one that would be issued.
+    /// A holder with the generation of the present certificate, or of the one to be issued.
     #[must_use]
     pub fn of(&self, holder: Holder) -> Issued {
         let generation = self.0.get(&holder).copied().unwrap_or(Generation::FIRST);

@@ -1,54 +1,53 @@
-//! From when until when a certificate is valid.
+//! The period of validity of a certificate.
 
 use std::time::SystemTime;
 
 use time::{Duration, OffsetDateTime};
 
-/// Clocks that are behind by no more than this take a new certificate at once.
+/// A new certificate is backdated by this much, so that clocks that are behind by less accept it at once.
 const BACKDATED: Duration = Duration::hours(1);
 
-/// Days that an authority's certificate is valid unless specified otherwise: ten years.
+/// Default validity of an authority's certificate, in days: ten years.
 pub const AUTHORITY_DAYS: u16 = 3653;
-/// Days that a holder's certificate is valid unless specified otherwise: a lost key that nobody misses is of
-/// no use after a season.
+/// Default validity of a holder's certificate, in days: a key whose loss goes unnoticed is useless after a season.
 pub const HOLDER_DAYS: u16 = 90;
 
-/// The last of so many equal parts of a lifetime is worth a warning,
+/// A warning is due in the last of so many equal parts of a lifetime,
 const PARTS: i32 = 4;
-/// but nothing earlier than this before the end.
+/// but not earlier than this before its end.
 const SOON: Duration = Duration::days(30);
 
-/// A span of time; a certificate is valid in it and not outside.
+/// A period of validity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Lifetime {
-    /// Its first moment.
+    /// Its beginning.
     pub from: OffsetDateTime,
-    /// Its last moment.
+    /// Its end.
     pub until: OffsetDateTime,
 }
 
-/// Now, by this computer's clock.
+/// The present time by this computer's clock.
 #[must_use]
 pub fn now() -> OffsetDateTime {
     SystemTime::now().into()
 }
 
 impl Lifetime {
-    /// This many days from now, and a little before now.
+    /// From slightly before now to this many days from now.
     #[must_use]
     pub fn of_days(days: u16) -> Self {
         let now = now();
         Self { from: now - BACKDATED, until: now + Duration::days(days.into()) }
     }
 
-    /// How much of it is left, if it is in its last part.
+    /// The remaining time, if a warning is due.
     pub(crate) fn last_part_left(self, now: OffsetDateTime) -> Option<Duration> {
         let left = self.until - now;
         let soon = SOON.min((self.until - self.from) / PARTS);
         (left.is_positive() && left < soon).then_some(left)
     }
 
-    /// The part of it that lies within another one.
+    /// The intersection with another period.
     pub(crate) fn within(self, other: Self) -> Self {
         Self { from: self.from.max(other.from), until: self.until.min(other.until) }
     }

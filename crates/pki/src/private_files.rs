@@ -1,28 +1,28 @@
-//! Writing files readable by the owner only, and never over something that is there.
+//! Writes files readable by the owner only, without overwriting existing ones.
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, Write};
 use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::Path;
 
-/// Only the owner may look into it.
+/// Access for the owner only.
 const DIRECTORY: u32 = 0o700;
-/// Only the owner may read it.
+/// Readable by the owner only.
 pub(crate) const PRIVATE: u32 = 0o600;
-/// Everybody may read it who gets to it.
+/// Readable by all users with access to the directory.
 const PUBLIC: u32 = 0o644;
 
-/// A file of a directory that is made: its name, its text, and whether others may read it.
+/// A file of a new directory: its name, its text, and whether it is private.
 pub(crate) struct New<'a> {
     pub(crate) name: &'a str,
     pub(crate) text: &'a str,
     pub(crate) private: bool,
 }
 
-/// Makes a directory with these files, all of it or nothing.
+/// Creates a directory with these files atomically.
 ///
 /// # Errors
-/// `AlreadyExists` if there is something of this name; it is left as it is.
+/// `AlreadyExists` if the path exists; it is unchanged.
 pub(crate) fn make_directory(directory: &Path, files: &[New<'_>]) -> io::Result<()> {
     if directory.symlink_metadata().is_ok() {
         return Err(io::ErrorKind::AlreadyExists.into());
@@ -43,33 +43,32 @@ pub(crate) fn make_directory(directory: &Path, files: &[New<'_>]) -> io::Result<
         written.sync_all()?;
     }
     File::open(beside.path())?.sync_all()?;
-    // Fails if another process has made one with something in it meanwhile.
+    // Fails if another process has created a non-empty directory of this name meanwhile.
     fs::rename(beside.path(), directory)?;
-    // The directory has got another name; there is nothing left to remove.
+    // The directory was renamed, so there is nothing to clean up.
     let _ = beside.keep();
     File::open(parent)?.sync_all()
 }
 
-/// Makes a directory that only the owner may look into, unless it is there.
+/// Creates a directory accessible to the owner only, unless it exists.
 pub(crate) fn make_private_directory(directory: &Path) -> io::Result<()> {
     fs::DirBuilder::new().recursive(true).mode(DIRECTORY).create(directory)
 }
 
-/// Puts a new text in the place of a file that everybody may read; at any instant there is the one or
-/// the other.
+/// Replaces a file readable by all users, atomically.
 pub(crate) fn replace_public(file: &Path, text: &str) -> io::Result<()> {
     replace(file, text, PUBLIC)
 }
 
-/// Does the same with a file that only the owner may read; it need not be there yet.
+/// Likewise for a file readable by the owner only, which may not exist yet.
 pub(crate) fn replace_private(file: &Path, text: &str) -> io::Result<()> {
     replace(file, text, PRIVATE)
 }
 
-/// Makes a file that only the owner may read, all of it or nothing.
+/// Creates a file readable by the owner only, atomically.
 ///
 /// # Errors
-/// `AlreadyExists` if there is something of this name; it is left as it is.
+/// `AlreadyExists` if the path exists; it is unchanged.
 pub(crate) fn create_private(file: &Path, bytes: &[u8]) -> io::Result<()> {
     let parent = parent_of(file);
     let mut beside = tempfile::Builder::new()

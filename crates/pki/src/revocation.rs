@@ -1,7 +1,7 @@
-//! Revoking: a certificate whose key is lost gives way to one of the next generation, or to none.
+//! Revocation: replaces a certificate whose key is lost by one of the next generation, or removes it.
 //!
-//! It stays valid until it ends. What takes its rights away are rules that name the next generation only;
-//! they are made from the certificates that are present and those that are kept as revoked.
+//! A revoked certificate stays valid until it expires. Its rights end with access control rules that name only the next
+//! generation; the rules are generated from the present and the revoked certificates.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,16 +19,16 @@ use crate::private_files::{make_private_directory, replace_private, replace_publ
 pub struct Revoked {
     /// Its common name.
     pub name: CommonName,
-    /// The certificate itself, without its key.
+    /// The file of the certificate, without its key.
     pub kept: PathBuf,
-    /// Where its holder said to be reached.
+    /// The addresses in the certificate.
     pub addresses: Vec<crate::Address>,
 }
 
-/// Why a certificate is not revoked.
+/// Why a certificate was not revoked.
 #[derive(Debug, thiserror::Error)]
 pub enum RevokeError {
-    /// There is none.
+    /// The holder has no certificate.
     #[error(
         "`{directory}` has no certificate of `{holder}`, only of {known}; if it was moved away, issue \
          `{holder}` again and then revoke that"
@@ -36,12 +36,12 @@ pub enum RevokeError {
     Unknown {
         /// The library.
         directory: PathBuf,
-        /// Of whom.
+        /// The holder.
         holder: Holder,
-        /// Who has one.
+        /// Holders with a certificate.
         known: String,
     },
-    /// It is.
+    /// The certificate is already revoked.
     #[error(
         "`{name}` is revoked already; remove `{directory}`, if it is there, and issue `{holder}` again; if \
          the next key has been issued before and is lost too, then revoke that"
@@ -49,32 +49,32 @@ pub enum RevokeError {
     Already {
         /// Its common name.
         name: CommonName,
-        /// Where the holder's certificate is or would be.
+        /// The path of the holder's certificate, whether or not it exists.
         directory: PathBuf,
-        /// Whose it is.
+        /// The holder.
         holder: Holder,
     },
-    /// Something of it cannot be removed.
+    /// A file of the identity cannot be removed.
     #[error(
         "`{file}` cannot be removed: {reason}; it is revoked, and what is left must be removed by hand"
     )]
     Removing {
-        /// What.
+        /// The file.
         file: PathBuf,
-        /// Why not.
+        /// The cause.
         reason: io::Error,
     },
-    /// There is no other certificate instead.
+    /// The replacement cannot be issued.
     #[error(transparent)]
     Issue(#[from] IssueError),
 }
 
-/// Revokes a holder's certificate; a new key and a certificate of the next generation with the same
-/// addresses take its place.
+/// Revokes a holder's certificate, and replaces it by a new key and a certificate of the next generation with the same
+/// addresses.
 ///
 /// # Errors
-/// There is no such certificate, or it is revoked already, or no other one can be made; then everything
-/// is left as it is. Or the disk refuses.
+/// The certificate does not exist or is already revoked, or the replacement cannot be issued; then nothing is changed.
+/// Or a file cannot be written.
 pub fn replace(
     authority: &Authority,
     library: &Library,
@@ -92,11 +92,10 @@ pub fn replace(
     Ok(revoked)
 }
 
-/// Revokes a holder's certificate and removes its directory; nothing takes its place.
+/// Revokes a holder's certificate without a replacement, and removes its directory.
 ///
 /// # Errors
-/// There is no such certificate, or it is revoked already; then everything is left as it is. Or the disk
-/// refuses.
+/// The certificate does not exist or is already revoked; then nothing is changed. Or a file cannot be written.
 pub fn remove(
     authority: &Authority,
     library: &Library,
@@ -104,7 +103,7 @@ pub fn remove(
 ) -> Result<Revoked, RevokeError> {
     let revoked = present(authority, library, holder)?.keep(library)?;
     let place = library.identity(holder);
-    // The certificate last: with it the holder is still listed.
+    // The certificate is deleted last, because the holder is listed as long as it exists.
     for file in [place.key, place.authority, place.certificate] {
         match std::fs::remove_file(&file) {
             Err(reason) if reason.kind() != io::ErrorKind::NotFound => {
@@ -119,14 +118,14 @@ pub fn remove(
     Ok(revoked)
 }
 
-/// A certificate that is to be revoked.
+/// A certificate to be revoked.
 struct Old {
     name: CommonName,
     certificate: Certificate,
     pem: String,
 }
 
-/// The certificate that a holder has.
+/// The present certificate of a holder.
 fn present(authority: &Authority, library: &Library, holder: &Holder) -> Result<Old, RevokeError> {
     let file = library.identity(holder).certificate;
     let refused = |reason: String| IssueError::NoCertificate { file: file.clone(), reason };
@@ -155,7 +154,7 @@ fn present(authority: &Authority, library: &Library, holder: &Holder) -> Result<
 }
 
 impl Old {
-    /// Keeps the certificate among the revoked ones: its name is never issued again.
+    /// Stores the certificate among the revoked ones, so that its name is never issued again.
     fn keep(self, library: &Library) -> Result<Revoked, IssueError> {
         let kept = library.place_of_revoked(&self.name.issued);
         let directory = library.revoked_directory();
@@ -165,7 +164,7 @@ impl Old {
     }
 }
 
-/// Why a holder has no certificate.
+/// The error for a holder without a certificate.
 fn absent(authority: &Authority, library: &Library, holder: &Holder) -> RevokeError {
     let all = library.revoked().and_then(|revoked| Ok((revoked, library.holders()?)));
     let (revoked, holders) = match all {

@@ -1,20 +1,20 @@
-//! Collects what is wrong with a set of parameters, so that all of it is reported at once.
+//! Collects errors in a set of parameters, so that all are reported at once.
 
 use std::fmt;
 
-/// One parameter outside its range.
+/// A parameter outside its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("`{parameter}` is {value}; use {expected}")]
 pub struct ParameterError {
     /// Path of the parameter as in a configuration file, e.g. `hydraulics.supply_pa`.
     pub parameter: String,
-    /// What it is.
+    /// Its value.
     pub value: String,
-    /// What would be right.
+    /// What is expected.
     pub expected: String,
 }
 
-/// Every parameter outside its range; at least one.
+/// All parameters outside their ranges; at least one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParameterErrors(pub Vec<ParameterError>);
 
@@ -32,7 +32,7 @@ impl fmt::Display for ParameterErrors {
     }
 }
 
-/// Gathers errors while a group of parameters is checked.
+/// Collects errors while a group of parameters is checked.
 #[derive(Debug, Default)]
 pub(crate) struct Checks {
     errors: Vec<ParameterError>,

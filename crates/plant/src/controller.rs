@@ -18,7 +18,7 @@ use crate::parameters::PlantParameters;
 use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
 use crate::wind::spectrum::GustSpectrum;
 
-/// Model and gains of the controller.
+/// The design of the controller: model and gains.
 #[derive(Debug, Clone)]
 pub(crate) struct Design {
     pub(crate) model: NominalModel,
@@ -29,7 +29,7 @@ pub(crate) struct Design {
 }
 
 impl Design {
-    /// Designs on the nominal model of structure and hardware.
+    /// Designs the controller on the nominal model of structure and hardware.
     pub(crate) fn new(
         structure: &Structure,
         parameters: &PlantParameters,
@@ -43,7 +43,7 @@ impl Design {
         let model = NominalModel::new(&mechanics, &modes, &disturbances, parameters.step_s);
         let lowest_hz = modes.frequencies_hz().iter().copied().fold(f64::INFINITY, f64::min);
         let heights = heights_above_ground(structure, &levels);
-        // The wind's direction is unknown: gusts of full strength both ways.
+        // The wind's direction is unknown: the design assumes full-strength gusts in both directions.
         let mut power = white_force_power(parameters, &heights, lowest_hz);
         power.extend_from_within(..);
         let noise_factor = parameters.controller.gage_noise_factor;
@@ -58,17 +58,16 @@ impl Design {
         })
     }
 
-    /// The state in which nothing moves: structure, actuators, filter and regulator under constant
-    /// loads.
+    /// The equilibrium of structure, actuators, filter and regulator under constant loads.
     ///
-    /// Forces equal demands, F = u = −K x. The structure's elongations are y = y₀ + G F, with y₀ under
-    /// the loads alone and G the static response of the true structure. The filter stands still when
-    /// x = x⁺ + L (y − C x⁺) with x⁺ = A x + B F. Inserting one into the other leaves a linear system
-    /// for x:
+    /// Forces equal demands, F = u = −K x. The structure's elongations are y = y₀ + G F, with y₀ under the loads alone
+    /// and G the static response of the true structure. The filter is stationary when x = x⁺ + L (y − C x⁺) with
+    /// x⁺ = A x + B F. Substitution yields a linear system for x:
     ///
     /// (I − (I − L C)(A − B K) + L G K) x = L y₀
     ///
-    /// `response`: G (gages × actuators) \[m/N\]; `elongations`: y₀ (gages) \[m\]. The estimated state and the forces \[N\].
+    /// `response`: G (gages × actuators) \[m/N\]; `elongations`: y₀ (gages) \[m\]. Returns the estimated state and the
+    /// forces \[N\].
     pub(crate) fn at_rest(
         &self,
         response: &DMatrix<f64>,
@@ -114,7 +113,7 @@ fn white_force_power(
 ) -> Vec<f64> {
     let (wind, loads) = (&parameters.wind, &parameters.loads);
     let base_speed = parameters.controller.base_speed_m_per_s;
-    // The filter is designed for gusts even where the run has none.
+    // The filter is designed for gusts even if the run has none.
     let with_gusts = crate::wind::WindParameters { gust_factor: 1.0, ..wind.clone() };
     let gust_variance = gust_deviation(&with_gusts, base_speed).powi(2);
     let drag = wind.air_density_kg_per_m3 * loads.drag_coefficient * loads.area_per_level_m2;
@@ -126,7 +125,7 @@ fn white_force_power(
     heights_m.iter().map(power).collect()
 }
 
-/// A matrix stored column by column, so that a product runs over independent rows.
+/// A matrix stored by columns, so that the inner loop of a product runs over independent rows.
 #[derive(Debug, Clone)]
 struct ColumnMatrix {
     rows: usize,
@@ -151,12 +150,12 @@ impl ColumnMatrix {
     }
 }
 
-/// The controller at work.
+/// The controller with its present state.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
     transitions: Vec<[[f64; 2]; 2]>,
     force_map: ColumnMatrix,
-    /// −C and −K: both only ever appear with this sign.
+    /// −C and −K: both are only used with this sign.
     minus_gage_map: ColumnMatrix,
     minus_regulator: ColumnMatrix,
     filter: ColumnMatrix,
@@ -189,7 +188,7 @@ impl Controller {
         }
     }
 
-    /// Takes the readings \[m\] and observed forces \[N\] of a sample, writes its demands \[N\].
+    /// Computes the demands \[N\] from the readings \[m\] and observed forces \[N\] of a sample.
     pub(crate) fn step(&mut self, readings_m: &[f64], forces_n: &[f64], demands_n: &mut [f64]) {
         self.predict(forces_n);
         self.innovation.copy_from_slice(readings_m);

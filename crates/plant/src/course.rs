@@ -1,4 +1,4 @@
-//! How slowly what is not controlled goes up and down: a day's course with clouds.
+//! The slow variation of disturbances: a daily course with clouds.
 
 use std::f64::consts::TAU;
 
@@ -8,13 +8,13 @@ use crate::streams::Stream;
 
 const DAY_S: f64 = 86_400.0;
 const CLOUD_S: f64 = 1_800.0;
-/// Share of a day's course; the rest is the clouds' \[E\].
+/// Share of the daily course; the remainder belongs to the clouds \[E\].
 const OF_DAY: f64 = 0.8;
 
-/// What changes slowly is evaluated this often \[s\]; it moves by less than the sensors' noise in between.
+/// Interval at which slow quantities are evaluated \[s\]; they change by less than the sensors' noise meanwhile.
 pub(crate) const INTERVAL_S: f64 = 0.1;
 
-/// A value that goes between −1 and 1.
+/// A value that varies between −1 and 1.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DayCourse {
     /// Phases of day and clouds \[turns\].
@@ -22,7 +22,7 @@ pub(crate) struct DayCourse {
 }
 
 impl DayCourse {
-    /// One that begins anywhere.
+    /// A course with random phases.
     pub(crate) fn draw(stream: Stream, seed: u64) -> Self {
         let mut generator = stream.generator(seed);
         Self { phases: [generator.random(), generator.random()] }
@@ -49,7 +49,7 @@ impl SlowClock {
         Self { step_s, steps_per_interval: steps.max(1), step: 0 }
     }
 
-    /// Moves on by one step; the time \[s\] if it is time to evaluate, first after the first step.
+    /// Advances by one step; returns the time \[s\] if an evaluation is due, first after the first step.
     pub(crate) fn tick(&mut self) -> Option<f64> {
         self.step += 1;
         let due = self.step.is_multiple_of(self.steps_per_interval);

@@ -1,13 +1,13 @@
 //! Strain gages with noise and their faults (section 3.3 of the paper).
 //!
-//! y = k ζ + b + ε (eq. 12), ζ the elongation of the gage's member and ε normal noise. Healthy:
-//! k = 1, b = 0. Bias: b constant. Random walk: b_{j+1} = b_j + δ_j from b = 0, with δ normal; the
-//! first increment is in the first faulty sample. Drift: the same with δ constant. Gain: another k. Zero output: k = 0,
-//! the noise remains. Stuck: y is the last reading before, noise included. Intermittent: b while a bad contact is open.
-//! No signal: the reading is not a number. A healthy gage's k differs from 1 by what its glue and its leads make of it,
-//! and the reading is a multiple of the converter's resolution.
+//! y = k ζ + b + ε (eq. 12), with ζ the elongation of the gage's member and ε normal noise. Healthy: k = 1, b = 0.
+//! Bias: b constant. Random walk: b_{j+1} = b_j + δ_j from b = 0, with δ normal; the first faulty sample includes the
+//! first increment. Drift: the same with δ constant. Gain: another k. Zero output: k = 0, with noise. Stuck: y is the
+//! last reading before the fault, including its noise. Intermittent: b while a bad contact is open. No signal: y is
+//! NaN. A healthy gage's k differs from 1 because of bonding and wiring, and the reading is a multiple of the
+//! converter's resolution.
 //!
-//! Noise is drawn in every state, so that a repaired gage has the noise that it would have had.
+//! Noise is drawn in every state, so that a repaired gage has the same noise as without the fault.
 
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -17,7 +17,7 @@ use crate::check::Checks;
 use crate::contact::Contact;
 use crate::streams::Stream;
 
-/// The gages: all alike. Marks: \[E\] engineering estimate.
+/// The gages, which are all alike. Marks: \[E\] engineering estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GageParameters {
@@ -25,9 +25,9 @@ pub struct GageParameters {
     pub noise_strain: f64,
     /// Standard deviation of a healthy gage's gain from 1 \[–\]: 0.
     pub gain_error: f64,
-    /// Whose gains these are: the same number gives the same gages, whatever the run.
+    /// Seed of the gains: the same seed gives the same gages in all runs.
     pub gain_seed: u64,
-    /// Step of the converter as strain \[–\]: 0, as fine as can be.
+    /// Resolution of the converter as strain \[–\]: 0 for a continuous reading.
     pub quantum_strain: f64,
 }
 
@@ -46,7 +46,7 @@ impl GageParameters {
     }
 }
 
-/// What is wrong with one gage.
+/// The state of one gage.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) enum GageState {
     #[default]
@@ -87,7 +87,7 @@ struct SimulatedGage {
     noise: ChaCha8Rng,
     walk: ChaCha8Rng,
     state: GageState,
-    /// The last reading that it gave \[m\].
+    /// The last reading \[m\].
     last_m: Option<f64>,
 }
 
@@ -103,7 +103,7 @@ impl SimulatedGage {
         reading_m
     }
 
-    /// What its converter is given; none without a signal.
+    /// The input of its converter; `None` without a signal.
     fn analogue_m(&mut self, elongation_m: f64) -> Option<f64> {
         let noise = self.noise_m * normal(&mut self.noise);
         let amplified_m = self.gain * elongation_m;
@@ -120,7 +120,7 @@ impl SimulatedGage {
             }
             GageState::Gain { gain } => *gain * amplified_m + noise,
             GageState::ZeroOutput => noise,
-            // A multiple of the quantum stays the same when it is rounded.
+            // Rounding does not change a multiple of the quantum.
             GageState::Stuck => self.last_m.unwrap_or(amplified_m + noise),
             GageState::Intermittent { offset_m, contact } => {
                 let offset_m = if contact.is_open(&mut self.walk) { *offset_m } else { 0.0 };

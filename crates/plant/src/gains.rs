@@ -1,11 +1,11 @@
-//! The gains of the controller: a linear-quadratic regulator and a Kalman filter, both from a Riccati equation.
+//! The gains of the controller: a linear-quadratic regulator and a Kalman filter, each from a Riccati equation.
 
 use nalgebra::DMatrix;
 
 use crate::nominal::NominalModel;
 use crate::riccati::{self, RiccatiError};
 
-/// The linear-quadratic regulator: demands u = −K x that least cost Σ xᵀQx + uᵀRu.
+/// The linear-quadratic regulator: demands u = −K x that minimise Σ xᵀQx + uᵀRu.
 ///
 /// In the states (ω η, η̇) the weight Q = diag(ω², 1) of (η, η̇) is the identity: twice the energy
 /// of the modes. R = r·I.
@@ -33,9 +33,9 @@ pub(crate) fn regulator(
 /// Riccati equation with (Aᵀ, Cᵀ) in place of (A, B). F are the *observed* forces of the actuators,
 /// by eq. 8 from the measured pressures.
 ///
-/// Wind is coloured; the filter takes it for white noise of the same power density at the lowest
-/// natural frequency, where it shakes most. A level's force is F = ½ ρ c_d A v² in the mean, so
-/// gusts of power density S make force gusts of (2 F / v)² S (one-sided; half of it two-sided).
+/// The wind is coloured; the filter treats it as white noise of the same power density at the lowest natural frequency,
+/// where it excites most. A level's mean force is F = ½ ρ c_d A v², so gusts of power density S cause force gusts of
+/// (2 F / v)² S (one-sided; half of it two-sided).
 ///
 /// The gain L (states × gages) \[1/m\].
 ///

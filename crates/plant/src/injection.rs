@@ -1,4 +1,4 @@
-//! Which component has which fault.
+//! The faults of components.
 
 use truss::Structure;
 use vocabulary::{
@@ -6,31 +6,31 @@ use vocabulary::{
     fault::{Fault, FaultError, FaultKind},
 };
 
-/// Why a fault cannot be injected or cleared. Nothing was changed.
+/// Why a fault cannot be injected or cleared; nothing was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InjectError {
     /// No equipped module has this name.
     #[error("there is no equipped module `{module}`; use one of {known}")]
     UnknownModule {
-        /// The module asked for.
+        /// The requested module.
         module: ModuleName,
-        /// Those that exist.
+        /// The equipped modules.
         known: String,
     },
     /// The module has no such component.
     #[error("there is no `{path}`; module `{module}` has {known}", module = path.module)]
     UnknownComponent {
-        /// The component asked for.
+        /// The requested component.
         path: ComponentPath,
-        /// Those that the module has.
+        /// The components of the module.
         known: String,
     },
-    /// An actuator's fault for a gage, or the reverse.
+    /// A fault of an actuator for a gage, or vice versa.
     #[error("`{path}` cannot have the fault `{kind}`; use it for an {expected}", expected = kind.component_kind())]
     WrongKind {
-        /// The component asked for.
+        /// The requested component.
         path: ComponentPath,
-        /// The fault asked for.
+        /// The requested fault.
         kind: FaultKind,
     },
     /// A parameter of the fault is out of range.
@@ -45,16 +45,16 @@ pub(crate) enum Slot {
     Gage(usize),
 }
 
-/// Place of a component in the plant.
+/// The position of a component in the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PartSlot {
     /// Number of the part.
     pub(crate) part: usize,
-    /// The component in it.
+    /// The component within the part.
     pub(crate) slot: Slot,
 }
 
-/// The components of the plant and the faults they have.
+/// The components of the plant, and their faults.
 #[derive(Debug, Clone)]
 pub(crate) struct Injections {
     components: Vec<(ComponentPath, PartSlot)>,
@@ -85,7 +85,7 @@ impl Injections {
         Self { components, present: Vec::new() }
     }
 
-    /// Notes a fault in place of any that the component has, and says where it is.
+    /// Records a fault, replacing any present one of the component; returns the position of the component.
     pub(crate) fn inject(
         &mut self,
         path: &ComponentPath,
@@ -101,7 +101,7 @@ impl Injections {
         Ok(place)
     }
 
-    /// Forgets a component's fault; its place if there was one.
+    /// Removes a component's fault; returns its position if there was one.
     pub(crate) fn clear(&mut self, path: &ComponentPath) -> Result<Option<PartSlot>, InjectError> {
         let place = self.place(path)?;
         let before = self.present.len();
@@ -124,7 +124,7 @@ impl Injections {
         self.components.iter().filter(actuator).map(|(path, _)| format!("`{path}`"))
     }
 
-    /// Where a component is, if it exists.
+    /// The position of a component, if it exists.
     pub(crate) fn place_of(&self, path: &ComponentPath) -> Option<PartSlot> {
         let found = self.components.iter().find(|(known, _)| known == path);
         found.map(|(_, place)| *place)

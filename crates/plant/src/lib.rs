@@ -1,15 +1,15 @@
 //! The true tower: wind, loads, hydraulics, gages, controller and faults (section 3 of the paper).
 //!
-//! [`Plant`] steps the whole structure and gives out what its modules would measure. It stands in
-//! for reality: diagnosers never see it, and [`Mismatch`] makes it differ from their nominal model.
+//! [`Plant`] steps the whole structure and outputs the measurements of its modules. It represents reality: diagnosers
+//! have no access to it, and [`Mismatch`] makes it differ from their nominal model.
 //!
-//! The way of one step: [`wind`] → [`loads`](LoadParameters) → structure (`truss`) → [`gage`] and
-//! pressure sensors → Kalman filter and regulator ([`controller`]) → demands → [`hydraulics`] →
-//! forces. Faults sit in the gages and in the hydraulics ([`injection`]).
+//! Sequence of one step: [`wind`] → [`loads`](LoadParameters) → structure (`truss`) → [`gage`] and pressure sensors →
+//! Kalman filter and regulator ([`controller`]) → demands → [`hydraulics`] → forces. Faults act in the gages and in the
+//! hydraulics ([`injection`]).
 //!
-//! Pure: no clock, no input or output, and all randomness from one seed. The same seed gives the
-//! same bits on the same kind of processor; only the design of the controller and the modes, made
-//! once, use matrix products that choose their instructions at run time.
+//! Pure: no clock, no input or output, and all randomness from one seed. The same seed gives bit-identical results on
+//! the same kind of processor; only the design of the controller and the modes, computed once, uses matrix products
+//! that select their instructions at run time.
 
 mod check;
 mod contact;

@@ -1,7 +1,7 @@
-//! Live loads that come and go.
+//! Live loads that change over time.
 //!
-//! Now and then the load of one level becomes another one, over some seconds. It follows slowly, so the gages read the
-//! structure at rest. The mass that swings with a level stays that of the start.
+//! Occasionally the load of one level changes to another value within some seconds. The change is slow, so the gages
+//! read the structure in equilibrium. The mass that vibrates with a level stays that of the start.
 
 use nalgebra::DMatrix;
 use rand::RngExt;
@@ -11,7 +11,7 @@ use rand_distr::{Distribution, Exp1};
 use crate::loads::LoadParameters;
 use crate::streams::Stream;
 
-/// A level's load, on its way from one value to the next \[kg\].
+/// A level's load during its change from one value to the next \[kg\].
 #[derive(Debug, Clone, Copy)]
 struct Moving {
     from_kg: f64,
@@ -19,7 +19,7 @@ struct Moving {
     since_s: f64,
 }
 
-/// The live loads of all levels and what the gages read of their weight.
+/// The live loads of all levels, and their effect on the gages.
 #[derive(Debug, Clone)]
 pub(crate) struct LiveLoads {
     levels: Vec<Moving>,
@@ -50,7 +50,7 @@ impl LiveLoads {
         loads
     }
 
-    /// Moves the loads on to a time.
+    /// Advances the loads to a time.
     pub(crate) fn advance(&mut self, time_s: f64) {
         while time_s >= self.next_change_s && !self.levels.is_empty() {
             let level = self.generator.random_range(0..self.levels.len());
@@ -62,7 +62,7 @@ impl LiveLoads {
         }
     }
 
-    /// Adds what the gages read of the loads at a time \[m\]. Allocates nothing.
+    /// Adds the effect of the loads on the gages at a time \[m\]. Allocates nothing.
     pub(crate) fn add_to(&self, elongations_m: &mut [f64], time_s: f64) {
         for level in 0..self.levels.len() {
             let load = self.load_kg(level, time_s);
@@ -80,7 +80,7 @@ impl LiveLoads {
         from_kg + (to_kg - from_kg) * place
     }
 
-    /// Seconds from one change to the next.
+    /// Time until the next change \[s\].
     fn wait_s(&mut self) -> f64 {
         let share: f64 = Exp1.sample(&mut self.generator);
         3600.0 * share / self.parameters.live_load_changes_per_hour

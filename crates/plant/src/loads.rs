@@ -1,4 +1,4 @@
-//! Levels: what they offer to the wind, and live loads that the controller does not know.
+//! Levels: their exposure to wind, and live loads unknown to the controller.
 //!
 //! A level is a distinct height of nodes above the lowest one. Its live load adds mass and weight.
 
@@ -10,19 +10,19 @@ use truss::{Direction, Level, Mechanics, Structure};
 use crate::check::Checks;
 use crate::streams::Stream;
 
-/// What the levels offer to the wind and carry. Marks: \[E\] engineering estimate.
+/// Wind exposure and live loads of the levels. Marks: \[E\] engineering estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LoadParameters {
     /// Drag coefficient c_d \[–\]: 1.3 \[E\].
     pub drag_coefficient: f64,
-    /// Area that each level offers to the wind \[m²\]: 14.25, a storey of 3 m times 4.75 m \[E\].
+    /// Exposed area of each level \[m²\]: 14.25, a storey of 3 m times 4.75 m \[E\].
     pub area_per_level_m2: f64,
-    /// Live load of each level is drawn from U(0, this) \[kg\]: 1000 \[E\].
+    /// The live load of each level is drawn from U(0, this) \[kg\]: 1000 \[E\].
     pub live_load_max_kg: f64,
-    /// How often the live load of some level becomes another one of that range \[1/h\]: 0.
+    /// Rate at which the live load of some level changes to another value in that range \[1/h\]: 0.
     pub live_load_changes_per_hour: f64,
-    /// How long such a change takes \[s\]: 20 \[E\].
+    /// Duration of such a change \[s\]: 20 \[E\].
     pub live_load_ramp_s: f64,
     /// Acceleration of gravity \[m/s²\]: 9.81.
     pub gravity_m_per_s2: f64,
@@ -64,7 +64,7 @@ pub(crate) fn heights_above_ground(structure: &Structure, levels: &[Level]) -> V
     levels.iter().map(|level| level.height_m - ground).collect()
 }
 
-/// Nodal forces per level force (dofs × levels), each level's force shared equally by its nodes.
+/// Nodal forces per level force (dofs × levels); each level's force is shared equally by its nodes.
 pub(crate) fn level_map(
     mechanics: &Mechanics,
     levels: &[Level],

@@ -1,8 +1,8 @@
 //! A plant that differs from its nominal model.
 //!
-//! A diagnoser tuned on the very parameters of the simulated plant would prove nothing. Here every
-//! stiffness, mass and damping, the chamber volumes, the gain of the force control and the noise
-//! levels are multiplied by factors of their own, uniform within 1 ± amount.
+//! Tuning a diagnoser on the exact parameters of the simulated plant would prove nothing. Here every stiffness, mass
+//! and damping, the chamber volumes, the gain of the force control and the noise levels are multiplied by separate
+//! factors, uniform within 1 ± amount.
 
 use rand::RngExt;
 use truss::{Perturbation, Structure};

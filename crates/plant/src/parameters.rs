@@ -1,4 +1,4 @@
-//! Everything that describes the plant beside its structure.
+//! All parameters of the plant except its structure.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::loads::LoadParameters;
 use crate::temperature::TemperatureParameters;
 use crate::wind::WindParameters;
 
-/// The plant's parameters; what a file leaves out has the value of `Default`, the tower's figures.
+/// The plant's parameters; the defaults are the tower's figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlantParameters {
@@ -17,9 +17,9 @@ pub struct PlantParameters {
     pub step_s: f64,
     /// Mean wind and gusts.
     pub wind: WindParameters,
-    /// What the levels offer to the wind and carry.
+    /// Wind exposure and live loads of the levels.
     pub loads: LoadParameters,
-    /// How unevenly warm the structure is.
+    /// Temperature differences in the structure.
     pub temperature: TemperatureParameters,
     /// Actuators with their inner force control, and pressure sensors.
     pub hydraulics: HydraulicParameters,
@@ -47,7 +47,7 @@ impl PlantParameters {
     /// Checks that every parameter is in range.
     ///
     /// # Errors
-    /// All parameters that are not, each with what would be right.
+    /// All parameters out of range, each with what is expected.
     pub fn check(&self) -> Result<(), ParameterErrors> {
         let mut checks = Checks::default();
         checks.require(
@@ -74,7 +74,7 @@ pub struct ControllerParameters {
     pub modes: usize,
     /// Weight r of the squared demands, R = r·I \[1/N² against twice the modal energy in J\]: 5e-8 \[C\].
     pub effort_weight: f64,
-    /// The filter takes the gages' noise for this many times its deviation: 5 \[C\].
+    /// The filter assumes this multiple of the gages' noise deviation: 5 \[C\].
     pub gage_noise_factor: f64,
     /// Base wind speed that the filter is designed for \[m/s\]: 11, the mean of U(8, 14) \[E\].
     pub base_speed_m_per_s: f64,

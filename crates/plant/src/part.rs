@@ -1,10 +1,9 @@
-//! A part of the plant that stands by itself, step by step: a structure with its loads, its actuators
-//! and sensors, and its controller.
+//! A part of the plant that is not connected to others: a structure with its loads, actuators, sensors and controller,
+//! simulated step by step.
 //!
-//! Sample k: the structure's elongations and the chambers' pressures are measured, the controller
-//! turns them into demands. Then all moves on to k + 1: the pressures under the demands of sample
-//! k, the structure under the average of the forces at both ends of the step and the wind in its
-//! middle.
+//! Sample k: the structure's elongations and the chambers' pressures are measured, and the controller computes the
+//! demands. Then the state advances to k + 1: the pressures under the demands of sample k, the structure under the
+//! average of the forces at both ends of the step and the wind in its middle.
 
 use nalgebra::DVector;
 use truss::{ModalStepper, Modes, Structure};
@@ -25,7 +24,7 @@ use crate::tower::Tower;
 use crate::wind_loads::WindConditions;
 use crate::wind_loads::WindLoads;
 
-/// A tower at work.
+/// A tower with its present state.
 #[derive(Debug, Clone)]
 pub(crate) struct PlantPart {
     structure: ModalStepper,
@@ -33,7 +32,7 @@ pub(crate) struct PlantPart {
     live_loads_kg: Vec<f64>,
     wind: WindLoads,
     hydraulics: Hydraulics,
-    /// Of the true hardware, by which observed pressures become observed forces.
+    /// Parameters of the true hardware, used to compute observed forces from observed pressures.
     hydraulic_parameters: HydraulicParameters,
     gages: Gages,
     pressure_sensors: PressureSensors,
@@ -42,7 +41,7 @@ pub(crate) struct PlantPart {
     demand_limit_n: f64,
     gage_lengths_m: Vec<f64>,
     step_s: f64,
-    /// Where the signals of its equipped modules go, among those of the whole plant.
+    /// The positions of its equipped modules among those of the whole plant.
     places: Vec<usize>,
     buffers: Buffers,
 }
@@ -51,7 +50,7 @@ pub(crate) struct PlantPart {
 #[derive(Debug, Clone)]
 struct Buffers {
     elongations_m: Vec<f64>,
-    /// What the controller goes by: the last reading of each gage that gave one.
+    /// The controller's input: the last valid reading of each gage.
     latest_m: Vec<f64>,
     pressures_pa: Vec<[f64; 2]>,
     observed_forces_n: Vec<f64>,
@@ -63,7 +62,7 @@ struct Buffers {
 }
 
 impl PlantPart {
-    /// A part of the true structure with a controller that was designed on the nominal part. `places` are those of its
+    /// A part of the true structure with a controller designed on the nominal part. `places` are the positions of its
     /// modules' signals, `seed` is that of its gusts, loads and noise.
     pub(crate) fn new(
         (truth, nominal): (&Structure, &Structure),
@@ -77,7 +76,7 @@ impl PlantPart {
         Self::assemble(tower, &design, truth, true_parameters, seed, places)
     }
 
-    /// Puts actuators, sensors and controller onto a tower, all in equilibrium.
+    /// Equips a tower with actuators, sensors and controller, all in equilibrium.
     fn assemble(
         tower: Tower,
         design: &Design,
@@ -132,7 +131,7 @@ impl PlantPart {
         })
     }
 
-    /// Computes its signals of the next step. Allocates nothing.
+    /// Computes the signals of the next step. Allocates nothing.
     pub(crate) fn advance(&mut self, signals: &mut Signals) {
         self.measure();
         let buffers = &mut self.buffers;
@@ -157,7 +156,7 @@ impl PlantPart {
         self.move_on();
     }
 
-    /// Gives a component this fault, in place of any it has. Of the component's kind it must be.
+    /// Injects a fault into a component, replacing any present one. The fault must match the kind of component.
     pub(crate) fn inject(&mut self, slot: Slot, fault: Fault) {
         match slot {
             Slot::Actuator(actuator) => {
@@ -177,7 +176,7 @@ impl PlantPart {
         }
     }
 
-    /// Lets a cylinder make a stroke, from the present demands on. Returns how many steps it takes.
+    /// Starts a stroke of a cylinder from the present demands. Returns its number of steps.
     pub(crate) fn begin_stroke(&mut self, stroke: StrokeTest, actuator: usize) -> u64 {
         let actuators = self.buffers.demands_n.len();
         let under_way = StrokeUnderWay::new(stroke, actuator, actuators, self.step_s);
@@ -186,7 +185,7 @@ impl PlantPart {
         steps
     }
 
-    /// The stroke under way.
+    /// The stroke in progress.
     pub(crate) fn stroke(&self) -> Option<&StrokeTest> {
         self.stroke.as_ref().map(|under_way| &under_way.stroke)
     }
@@ -201,7 +200,7 @@ impl PlantPart {
         &self.live_loads_kg
     }
 
-    /// Reads gages and pressure sensors of this sample, and the forces that follow (eq. 8).
+    /// Reads gages and pressure sensors, and computes the observed forces (eq. 8).
     fn measure(&mut self) {
         let buffers = &mut self.buffers;
         self.structure.outputs(&mut buffers.elongations_m);
@@ -228,7 +227,7 @@ impl PlantPart {
         }
     }
 
-    /// Moves pressures, wind and structure on by one step.
+    /// Advances pressures, wind and structure by one step.
     fn move_on(&mut self) {
         let Buffers { inputs_n, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
         let (actuators, levels) = inputs_n.split_at_mut(forces_n.len());
@@ -255,7 +254,7 @@ fn actuator_state(fault: Fault) -> ActuatorState {
         Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
         Fault::HardOver {} => ActuatorState::HardOver,
         Fault::Stiction { band_m3_per_s } => ActuatorState::Sticking(Spool::new(band_m3_per_s)),
-        // Gage faults never come here: the kinds are compared before.
+        // Gage faults do not occur here: the kinds were compared before.
         Fault::Bias { .. }
         | Fault::Drift { .. }
         | Fault::RandomWalk { .. }
@@ -285,7 +284,7 @@ fn gage_state(fault: Fault, step_s: f64) -> GageState {
             GageState::Intermittent { offset_m, contact: Contact::new(closed_s, open_s, step_s) }
         }
         Fault::NoSignal {} => GageState::NoSignal,
-        // Actuator faults never come here: the kinds are compared before.
+        // Actuator faults do not occur here: the kinds were compared before.
         Fault::InternalLeakage { .. }
         | Fault::ExternalLeakageA { .. }
         | Fault::ExternalLeakageB { .. }

@@ -1,7 +1,7 @@
-//! The whole plant: one tower or several that stand by themselves, each with a controller of its own.
+//! The whole plant: one or several unconnected towers, each with its own controller.
 //!
-//! What nothing connects does not move each other, so the parts are stepped one by one. The wind blows
-//! from one direction at one mean speed for all; gusts, live loads and noise are each part's own.
+//! Unconnected parts do not move each other, so they are stepped one by one. All parts have the same wind direction and
+//! mean speed; gusts, live loads and noise are drawn separately for each part.
 
 use truss::{ModelError, Structure};
 use vocabulary::{ComponentPath, ModuleName, Step, fault::Fault};
@@ -14,22 +14,22 @@ use crate::signals::Signals;
 use crate::stroke::{StrokeError, StrokeTest};
 use crate::wind_loads::WindConditions;
 
-/// Between the seeds of neighbouring parts: so far apart that runs with neighbouring seeds have no part
-/// in common. The first part has the seed of the run.
+/// Difference between the seeds of successive parts, so large that runs with successive seeds have no part in common.
+/// The first part has the seed of the run.
 const SEEDS_APART: u64 = 0x9e37_79b9_7f4a_7c15;
 
-/// What was drawn for a run.
+/// The values drawn for a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrawnConditions {
     /// Largest base wind speed of the run \[m/s\].
     pub base_speed_m_per_s: f64,
-    /// Where the wind blows to, from the x axis towards y \[rad\].
+    /// The direction that the wind blows to, from the x axis towards y \[rad\].
     pub wind_direction_rad: f64,
     /// Live load of each level above the lowest, from the bottom up, part by part \[kg\].
     pub live_loads_kg: Vec<f64>,
 }
 
-/// The simulated tower, or towers.
+/// The simulated tower or towers.
 #[derive(Debug, Clone)]
 pub struct Plant {
     parts: Vec<PlantPart>,
@@ -40,8 +40,8 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// A plant whose controller knows structure and parameters exactly, live loads apart. It stands
-    /// in equilibrium under mean wind.
+    /// A plant whose controller knows structure and parameters exactly, except for live loads. It starts in equilibrium
+    /// under mean wind.
     ///
     /// # Errors
     /// See [`Plant::with_nominal`].
@@ -56,8 +56,8 @@ impl Plant {
     /// A plant whose controller was designed on a `nominal` structure and nominal parameters.
     ///
     /// # Errors
-    /// Parameters out of range, a structure without a model, weights without a controller, other
-    /// equipment in truth than nominally, or no equilibrium within the actuators' limits.
+    /// Parameters out of range, a structure without a valid model, weights without a controller, equipment that differs
+    /// from the nominal one, or no equilibrium within the actuators' limits.
     pub fn with_nominal(
         truth: &Structure,
         nominal: &Structure,
@@ -104,12 +104,11 @@ impl Plant {
         &self.signals
     }
 
-    /// Gives a component a fault, in place of any it has; effective from the next
-    /// [`Plant::advance`].
+    /// Injects a fault into a component, replacing any present one; effective from the next [`Plant::advance`].
     ///
     /// # Errors
-    /// No such module or component, a fault of the other kind of component, or a parameter out of
-    /// range. Nothing has changed then.
+    /// No such module or component, a fault of the other kind of component, or a parameter out of range; then nothing
+    /// was changed.
     pub fn inject(&mut self, path: &ComponentPath, fault: Fault) -> Result<(), InjectError> {
         let place = self.injections.inject(path, fault)?;
         if let Some(part) = self.parts.get_mut(place.part) {
@@ -118,8 +117,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Repairs a component; without effect on a healthy one. A repaired actuator keeps its force;
-    /// its chambers are refilled to the pressures that belong to it.
+    /// Repairs a component; no effect on a healthy one. A repaired actuator keeps its force; its chambers are refilled
+    /// to the corresponding pressures.
     ///
     /// # Errors
     /// No such module or component.
@@ -131,11 +130,11 @@ impl Plant {
         Ok(())
     }
 
-    /// Lets a cylinder make a stroke, from the next [`Plant::advance`] on. Each tower makes one at a time.
-    /// Returns its last step, unless it is cut short.
+    /// Starts a stroke of a cylinder at the next [`Plant::advance`]. Each tower performs one at a time. Returns the
+    /// last step, unless the stroke is cut short.
     ///
     /// # Errors
-    /// No such cylinder, a figure out of range, or a stroke that has not ended. Nothing has changed then.
+    /// No such cylinder, a parameter out of range, or a stroke in progress; then nothing was changed.
     pub fn begin_stroke(&mut self, stroke: StrokeTest) -> Result<Step, StrokeError> {
         let unknown = || StrokeError::Actuator {
             actuator: stroke.actuator.clone(),
@@ -152,7 +151,7 @@ impl Plant {
         Ok(self.next_step.plus(steps).minus(1))
     }
 
-    /// The strokes under way.
+    /// The strokes in progress.
     pub fn strokes(&self) -> impl Iterator<Item = &StrokeTest> {
         self.parts.iter().filter_map(PlantPart::stroke)
     }
@@ -162,13 +161,13 @@ impl Plant {
         self.injections.components()
     }
 
-    /// The faults that are present, oldest first.
+    /// The present faults, oldest first.
     #[must_use]
     pub fn faults(&self) -> &[(ComponentPath, Fault)] {
         self.injections.present()
     }
 
-    /// What was drawn for this run.
+    /// The values drawn for this run.
     #[must_use]
     pub fn conditions(&self) -> &DrawnConditions {
         &self.conditions
@@ -186,8 +185,7 @@ impl Plant {
     }
 }
 
-/// The true and the nominal parts, pair by pair; where the two fall apart differently, each in one
-/// piece.
+/// Pairs of true and nominal parts; both structures undivided if their parts differ.
 fn parts_alike(truth: &Structure, nominal: &Structure) -> (Vec<Structure>, Vec<Structure>) {
     let (true_parts, nominal_parts) = (truth.parts(), nominal.parts());
     let modules = |parts: &[Structure]| -> Vec<Vec<ModuleName>> {
@@ -202,7 +200,7 @@ fn parts_alike(truth: &Structure, nominal: &Structure) -> (Vec<Structure>, Vec<S
     }
 }
 
-/// Where each equipped module of a part stands among those of the whole.
+/// The positions of a part's equipped modules among those of the whole.
 fn places(whole: &Structure, part: &Structure) -> Vec<usize> {
     let place =
         |module: &truss::Module| whole.equipped().position(|other| other.name == module.name);

@@ -1,5 +1,4 @@
-//! Pressure sensors with noise and a slow drift. They are always healthy (first assumption of section 2 of the
-//! paper).
+//! Pressure sensors with noise and slow drift. They never fail (first assumption of section 2 of the paper).
 
 use rand_chacha::ChaCha8Rng;
 
@@ -15,7 +14,7 @@ pub(crate) struct PressureSensors {
     noise: Vec<ChaCha8Rng>,
     drift_pa: f64,
     courses: Vec<[DayCourse; 2]>,
-    /// What each reads too much at present \[Pa\].
+    /// The present error of each sensor \[Pa\].
     offsets_pa: Vec<[f64; 2]>,
     clock: SlowClock,
 }

@@ -10,36 +10,36 @@
 //! - G ← G + A W⁻¹ G Aᵀ
 //! - H ← H + Aᵀ H W⁻¹ A
 //!
-//! H grows to X; each pass doubles the horizon, so a time constant of a million steps takes twenty
-//! passes. The same equation with (Aᵀ, Cᵀ) in place of (A, B) gives the Kalman filter.
+//! H grows to X; each pass doubles the horizon, so a time constant of a million steps takes twenty passes. The same
+//! equation with (Aᵀ, Cᵀ) in place of (A, B) gives the Kalman filter.
 
 use nalgebra::DMatrix;
 
 /// More passes than any horizon in use: 2^60 steps.
 const MAX_PASSES: usize = 60;
 
-/// Relative change of X below which it stands.
+/// Relative change of X at which the iteration ends.
 const TOLERANCE: f64 = 1e-14;
 
-/// Why the equation has no solution. Nothing was changed.
+/// Why the equation could not be solved.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RiccatiError {
-    /// The four matrices do not fit together.
+    /// The dimensions of the four matrices do not match.
     #[error("the matrices do not fit: A is {a:?}, B is {b:?}, Q is {q:?}, R is {r:?}")]
     Shapes {
-        /// Rows and columns of A; n × n is right.
+        /// Rows and columns of A; n × n is expected.
         a: (usize, usize),
-        /// Rows and columns of B; n × m is right.
+        /// Rows and columns of B; n × m is expected.
         b: (usize, usize),
-        /// Rows and columns of Q; n × n is right.
+        /// Rows and columns of Q; n × n is expected.
         q: (usize, usize),
-        /// Rows and columns of R; m × m is right.
+        /// Rows and columns of R; m × m is expected.
         r: (usize, usize),
     },
-    /// The weight of the inputs (or the noise of the outputs) cannot be solved with.
+    /// The weight of the inputs (or the noise of the outputs) is not positive definite.
     #[error("R is not positive definite; use positive weights")]
     InputWeight,
-    /// A singular or non-finite matrix on the way.
+    /// An intermediate matrix is singular or not finite.
     #[error("the equation has no stabilising solution that doubling can find")]
     NoSolution,
 }
@@ -48,7 +48,7 @@ pub enum RiccatiError {
 /// least semidefinite) and R (m × m, symmetric positive definite).
 ///
 /// # Errors
-/// Matrices that do not fit, an R that is not positive definite, or no stabilising solution.
+/// Matrices that do not match, an R that is not positive definite, or no stabilising solution.
 pub fn solve_discrete(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -68,7 +68,7 @@ pub fn solve_discrete(
     Err(RiccatiError::NoSolution)
 }
 
-/// The gain K = (R + BᵀXB)⁻¹ BᵀXA (m × n) that belongs to a solution X.
+/// The gain K = (R + BᵀXB)⁻¹ BᵀXA (m × n) for a solution X.
 ///
 /// # Errors
 /// R + BᵀXB is not positive definite.
@@ -107,7 +107,7 @@ struct Doubling {
 }
 
 impl Doubling {
-    /// One doubling; the largest change of H relative to its largest entry.
+    /// One doubling pass; returns the largest change of H relative to its largest entry.
     fn pass(&mut self) -> Result<f64, RiccatiError> {
         let size = self.a.nrows();
         let factor = (DMatrix::identity(size, size) + &self.g * &self.h).lu();
@@ -121,7 +121,7 @@ impl Doubling {
         self.a = &self.a * solved_a;
         let scale = self.h.amax().max(f64::MIN_POSITIVE);
         let change = increment.amax() / scale;
-        // `amax` skips NaN, a sum does not.
+        // `amax` ignores NaN, a sum does not.
         if self.h.sum().is_finite() && change.is_finite() {
             Ok(change)
         } else {
@@ -130,7 +130,7 @@ impl Doubling {
     }
 }
 
-/// The symmetric part: rounding must not accumulate in the other one.
+/// The symmetric part, so that rounding does not accumulate in the antisymmetric one.
 fn symmetric(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     (matrix + matrix.transpose()) * 0.5
 }

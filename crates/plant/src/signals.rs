@@ -1,4 +1,4 @@
-//! What the plant gives out at each step: the samples of all equipped modules.
+//! The output of the plant at each step: the samples of all equipped modules.
 
 use truss::Structure;
 use vocabulary::{ModuleName, Step};
@@ -17,11 +17,11 @@ pub struct Signals {
 pub struct ModuleSignals {
     /// The module.
     pub module: ModuleName,
-    /// Force that the controller asks of each actuator, from this very sample's measurements \[N\].
+    /// Force demanded of each actuator by the controller, based on the measurements of the same sample \[N\].
     pub demands_n: Vec<f64>,
     /// Measured pressures in the chambers A and B of each actuator \[Pa\].
     pub pressures_pa: Vec<[f64; 2]>,
-    /// Reading of each gage \[m\]; not a number if it gives none.
+    /// Reading of each gage \[m\]; NaN without a signal.
     pub elongations_m: Vec<f64>,
 }
 
@@ -36,7 +36,7 @@ impl Signals {
         Self { step: Step(0), modules: structure.equipped().map(module).collect() }
     }
 
-    /// Hands out signals, concatenated, to the modules at these places, in this order.
+    /// Distributes concatenated signals to the modules at these positions, in order.
     pub(crate) fn write(
         &mut self,
         places: &[usize],

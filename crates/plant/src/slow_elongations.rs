@@ -1,19 +1,19 @@
-//! What the gages read beside the structure's motion: the weight of the live loads and temperature, which change so
-//! slowly that the structure follows at rest.
+//! The effect on the gages of live loads and temperature, which change so slowly that the structure follows in
+//! equilibrium.
 
 use crate::course::SlowClock;
 use crate::live_loads::LiveLoads;
 use crate::temperature::Temperature;
 
-/// The elongations at rest, step by step.
+/// The elongations in equilibrium, step by step.
 #[derive(Debug, Clone)]
 pub(crate) struct SlowElongations {
     elongations_m: Vec<f64>,
-    /// Nothing if nothing ever changes.
+    /// `None` if nothing changes.
     changing: Option<Changing>,
 }
 
-/// What changes the elongations at rest.
+/// The quantities that change the elongations in equilibrium.
 #[derive(Debug, Clone)]
 pub(crate) struct Changing {
     pub(crate) loads: LiveLoads,
@@ -31,7 +31,7 @@ impl Changing {
 }
 
 impl SlowElongations {
-    /// `elongations_m` under the live loads of the start.
+    /// Starts with the elongations `elongations_m` under the initial live loads.
     pub(crate) fn new(mut elongations_m: Vec<f64>, mut changing: Option<Changing>) -> Self {
         if let Some(changing) = &mut changing {
             changing.evaluate(&mut elongations_m, 0.0);
@@ -39,12 +39,12 @@ impl SlowElongations {
         Self { elongations_m, changing }
     }
 
-    /// Of each gage at this step \[m\].
+    /// The elongations of all gages at this step \[m\].
     pub(crate) fn elongations_m(&self) -> &[f64] {
         &self.elongations_m
     }
 
-    /// Moves on by one step. Allocates nothing.
+    /// Advances by one step. Allocates nothing.
     pub(crate) fn step(&mut self) {
         let Some(changing) = &mut self.changing else { return };
         if let Some(time_s) = changing.clock.tick() {

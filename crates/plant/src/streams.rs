@@ -1,13 +1,12 @@
 //! Independent random streams from one seed.
 //!
-//! Each source of randomness has a stream of its own (ChaCha with 8 rounds, the seed as key, the
-//! stream as nonce), so what one source draws never shifts another: a faulty and a fault-free run
-//! of the same seed differ by the fault alone.
+//! Each source of randomness has a separate stream (ChaCha with 8 rounds, the seed as key, the stream as nonce), so
+//! draws of one source never affect another: a faulty and a fault-free run with the same seed differ only by the fault.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-/// Who draws. Channels are counted over a part of the plant, in the order of its modules.
+/// A source of randomness. Channels are numbered within a part of the plant, in the order of its modules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stream {
     /// Mean wind speed and direction.
@@ -24,7 +23,7 @@ pub(crate) enum Stream {
     GageWalk(usize),
     /// Measurement noise of one actuator's two pressures.
     PressureNoise(usize),
-    /// When live loads change and to what.
+    /// Times and values of changes of live loads.
     LiveLoadChanges,
     /// Course of one pattern of temperature.
     Temperature(usize),
@@ -36,7 +35,7 @@ pub(crate) enum Stream {
 
 impl Stream {
     fn number(self) -> u64 {
-        // The kind stands in the upper half, the channel in the lower one.
+        // The kind is in the upper half, the channel in the lower one.
         let numbered = |kind: u64, channel: usize| (kind << 32) | (channel as u64 & 0xffff_ffff);
         match self {
             Stream::WindConditions => numbered(1, 0),

@@ -1,15 +1,15 @@
-//! A stroke test: one cylinder pushes and pulls while the demands of the others stand still.
+//! A stroke test: one cylinder pushes and pulls while the demands of the others are constant.
 //!
-//! It shows every module what the forces of each cylinder make of its residuals, far beyond what the wind asks for. The
-//! demand swings smoothly: up to +F and back in the first half of the time, down to −F and back in the second,
-//! F sin²(2πt/T). At both ends the controller's demands are blended with those that were held. A reading or a force
-//! beyond its limit ends the stroke at once, as smoothly.
+//! It shows every module the effect of each cylinder's force on its residuals, far beyond the forces that wind
+//! requires. The demand swings smoothly: up to +F and back in the first half of the time, down to −F and back in the
+//! second, F sin²(2πt/T). At both ends the controller's demands are blended with the constant ones. A reading or a
+//! force beyond its limit ends the stroke at once, with the same blending.
 
 use std::f64::consts::TAU;
 
 use vocabulary::ComponentPath;
 
-/// The controller takes over, and hands over, within this time \[s\].
+/// Duration of blending from and to the controller's demands \[s\].
 const BLENDING_S: f64 = 0.5;
 
 /// A stroke test of one cylinder.
@@ -17,42 +17,42 @@ const BLENDING_S: f64 = 0.5;
 pub struct StrokeTest {
     /// The cylinder.
     pub actuator: ComponentPath,
-    /// Largest change of its demand, both ways, F \[N\].
+    /// Largest change of its demand in either direction, F \[N\].
     pub force_n: f64,
-    /// How long it takes, T \[s\].
+    /// Duration, T \[s\].
     pub duration_s: f64,
-    /// It ends once a gage in the tower reads more than this strain, either way \[–\].
+    /// The stroke ends when the reading of a gage in the tower exceeds this strain in either direction \[–\].
     pub largest_strain: f64,
 }
 
-/// A stroke that cannot be made. Nothing has changed.
+/// Why a stroke cannot be started; nothing was changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StrokeError {
-    /// A figure is out of range.
+    /// A parameter is out of range.
     #[error("`{name}` of a stroke is {value}; use {expected}")]
     Figure {
         /// Its name.
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What would be right.
+        /// What is expected.
         expected: String,
     },
     /// Unknown cylinder.
     #[error("unknown actuator `{actuator}`: expected one of {known}")]
     Actuator {
-        /// The one asked for.
+        /// The requested cylinder.
         actuator: ComponentPath,
-        /// Those that there are.
+        /// The existing ones.
         known: String,
     },
-    /// Another cylinder is at it.
+    /// Another cylinder is performing its stroke.
     #[error("`{0}` is making its stroke; wait until it has ended")]
     Busy(ComponentPath),
 }
 
 impl StrokeTest {
-    /// Checks the figures against the largest demand \[N\].
+    /// Checks the parameters against the largest demand \[N\].
     pub(crate) fn check(&self, demand_limit_n: f64) -> Result<(), StrokeError> {
         let within = |name, value: f64, least: f64, most: f64| {
             if (least..=most).contains(&value) {
@@ -66,27 +66,27 @@ impl StrokeTest {
     }
 }
 
-/// A stroke under way in one part of the plant.
+/// A stroke in progress in one part of the plant.
 #[derive(Debug, Clone)]
 pub(crate) struct StrokeUnderWay {
     pub(crate) stroke: StrokeTest,
     /// The actuator's number in the part.
     actuator: usize,
-    /// The controller's demands at its first step \[N\].
+    /// The controller's demands at the first step of the stroke \[N\].
     held_n: Vec<f64>,
     step_s: f64,
     steps: u64,
-    /// When it was cut short \[s\], and how far the demand was moved then \[N\].
+    /// The time when it was cut short \[s\], and the displacement of the demand at that time \[N\].
     cut: Option<(f64, f64)>,
 }
 
 impl StrokeUnderWay {
-    /// Of one of so many actuators, by its number.
+    /// A stroke of one of so many actuators, given by its number.
     pub(crate) fn new(stroke: StrokeTest, actuator: usize, actuators: usize, step_s: f64) -> Self {
         Self { stroke, actuator, held_n: vec![0.0; actuators], step_s, steps: 0, cut: None }
     }
 
-    /// Replaces the controller's demands \[N\] of this step and moves on; false when it has ended. Readings are
+    /// Replaces the controller's demands \[N\] of this step and advances; false when the stroke has ended. Readings are
     /// strains.
     pub(crate) fn step(
         &mut self,
@@ -111,11 +111,11 @@ impl StrokeUnderWay {
         self.time_s() < self.end_s()
     }
 
-    /// How many steps there are still to come.
+    /// The number of steps left.
     pub(crate) fn steps_left(&self) -> u64 {
         let end_s = self.end_s();
         let mut end = (end_s / self.step_s).floor() as u64;
-        // The quotient is rounded; the product is what `step` compares.
+        // The quotient is rounded; `step` compares the product.
         if end as f64 * self.step_s < end_s {
             end += 1;
         }
@@ -130,7 +130,7 @@ impl StrokeUnderWay {
         self.cut.map_or(self.stroke.duration_s, |(since, _)| since + BLENDING_S)
     }
 
-    /// How far the demand is from the one that was held \[N\].
+    /// The difference of the demand from the constant one \[N\].
     fn moved_n(&self) -> f64 {
         if let Some((since, moved_n)) = self.cut {
             return moved_n * fall((self.time_s() - since) / BLENDING_S);
@@ -140,14 +140,14 @@ impl StrokeUnderWay {
         sign * self.stroke.force_n * (TAU * place).sin().powi(2)
     }
 
-    /// 1 while the held demands count, 0 while the controller's do.
+    /// 1 while the constant demands apply, 0 while the controller's do.
     fn held_share(&self) -> f64 {
         let left_s = self.end_s() - self.time_s();
         fall(1.0 - self.time_s() / BLENDING_S).min(fall(1.0 - left_s / BLENDING_S))
     }
 }
 
-/// 1 at 0 and before, smoothly down to 0 at 1.
+/// 1 up to 0, then smoothly down to 0 at 1.
 fn fall(place: f64) -> f64 {
     let place = place.clamp(0.0, 1.0);
     1.0 - place * place * (3.0 - 2.0 * place)

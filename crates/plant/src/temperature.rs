@@ -1,8 +1,8 @@
 //! Temperature: members that expand unevenly strain each other.
 //!
-//! A gage that is compensated for temperature reads what is elastic: the elongation of its member less its free
-//! expansion α·ΔT·l. It follows slowly, so the structure is taken at rest ([`truss::Mechanics::strain_response`]). Every
-//! pattern goes its own course between plus and minus its amplitude ([`DayCourse`]).
+//! A temperature-compensated gage reads the elastic part: the elongation of its member minus its free expansion α·ΔT·l.
+//! Temperature changes slowly, so the structure is in equilibrium ([`truss::Mechanics::strain_response`]). Every
+//! pattern varies separately between plus and minus its amplitude ([`DayCourse`]).
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
@@ -12,24 +12,24 @@ use crate::check::Checks;
 use crate::course::DayCourse;
 use crate::streams::Stream;
 
-/// A member is a column if its slope is steeper than this cosine to the vertical.
+/// A member is a column if the cosine of its angle to the vertical exceeds this value.
 const UPRIGHT: f64 = 0.95;
 
-/// How warm the structure gets and how unevenly. All is 0 unless given. Marks: \[E\] engineering estimate.
+/// Amplitudes of temperature patterns; all are 0 by default. Marks: \[E\] engineering estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct TemperatureParameters {
     /// Thermal expansion of the members, α \[1/K\]: 1.2e-5, steel.
     pub expansion_per_k: f64,
-    /// All members alike, ± \[K\].
+    /// All members equally, ± \[K\].
     pub uniform_k: f64,
-    /// The columns against the other members, ± \[K\]: they are thicker and follow later.
+    /// The columns relative to the other members, ± \[K\]: they are thicker and respond later.
     pub columns_k: f64,
-    /// The faces against the middle of the plan, ± in x and y \[K\]: the sun.
+    /// The faces relative to the middle of the plan, ± in x and y \[K\]: the sun.
     pub sun_k: f64,
-    /// Each member for itself, ± \[K\].
+    /// Each member separately, ± \[K\].
     pub members_k: f64,
-    /// Columns and sun take another course in each module; false: the same in all.
+    /// Whether columns and sun vary separately in each module, or together in all.
     pub per_module: bool,
 }
 
@@ -55,20 +55,20 @@ impl TemperatureParameters {
         checks.not_negative("temperature.members_k", self.members_k);
     }
 
-    /// Does any temperature ever differ from that of the description?
+    /// Whether the temperature is always that of the description.
     pub(crate) fn is_even(&self) -> bool {
         [self.uniform_k, self.columns_k, self.sun_k, self.members_k].iter().all(|k| *k == 0.0)
     }
 }
 
-/// What the gages read at the largest value of a pattern, and how it goes.
+/// The effect of a pattern's largest value on the gages, and its variation over time.
 #[derive(Debug, Clone)]
 struct Pattern {
     elongations_m: DVector<f64>,
     course: DayCourse,
 }
 
-/// What the gages read because of temperature.
+/// The effect of temperature on the gages.
 #[derive(Debug, Clone)]
 pub(crate) struct Temperature {
     patterns: Vec<Pattern>,
@@ -114,7 +114,7 @@ impl Temperature {
         Self { patterns }
     }
 
-    /// Adds what the gages read at a time \[m\]. Allocates nothing.
+    /// Adds the effect on the gages at a time \[m\]. Allocates nothing.
     pub(crate) fn add_to(&self, elongations_m: &mut [f64], time_s: f64) {
         for Pattern { elongations_m: largest, course } in &self.patterns {
             let value = course.at(time_s);
@@ -125,7 +125,7 @@ impl Temperature {
     }
 }
 
-/// The members that share a course.
+/// Groups of members with a common variation.
 fn groups(structure: &Structure, per_module: bool) -> Vec<Vec<usize>> {
     if per_module {
         structure.modules.iter().map(|module| module.members.clone()).collect()
@@ -139,7 +139,7 @@ fn is_column(member: &Member) -> bool {
     upwards.abs() > UPRIGHT
 }
 
-/// Where the middle of a member stands between the faces of the plan: −1 to 1.
+/// The position of a member's midpoint between the faces of the plan: −1 to 1.
 fn place_in_plan(structure: &Structure, axis: usize) -> impl Fn(&Member) -> f64 {
     let at = move |node: usize| structure.nodes[node].position_m[axis];
     let all = (0..structure.nodes.len()).map(at);

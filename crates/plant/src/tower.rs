@@ -1,4 +1,4 @@
-//! The true structure with its loads, before anything acts on it.
+//! The true structure with its loads, before actuators, sensors and controller are added.
 
 use nalgebra::{DMatrix, DVector};
 use truss::{Direction, Level, Mechanics, Structure};
@@ -15,7 +15,7 @@ use crate::slow_elongations::{Changing, SlowElongations};
 use crate::temperature::Temperature;
 use crate::wind_loads::{WindConditions, WindLoads};
 
-/// The true structure with its loads, before anything stands on it.
+/// The true structure with its loads, before actuators, sensors and controller are added.
 pub(crate) struct Tower {
     pub(crate) mechanics: Mechanics,
     levels: Vec<Level>,
@@ -53,7 +53,7 @@ impl Tower {
         beside(&map(Direction::X), &map(Direction::Y))
     }
 
-    /// Elongations per nodal force (gages × columns of `nodal_forces`), at rest.
+    /// Elongations per nodal force (gages × columns of `nodal_forces`), in equilibrium.
     pub(crate) fn elongations(
         &self,
         nodal_forces: &DMatrix<f64>,
@@ -69,7 +69,7 @@ impl Tower {
         Ok(elongations.column(0).into_owned())
     }
 
-    /// What the gages read of live loads and temperature, both of which may change.
+    /// The effect of live loads and temperature on the gages, both of which may change.
     pub(crate) fn slow_elongations(
         &self,
         truth: &Structure,

@@ -4,7 +4,7 @@
 //! evaluated every [`INTERVAL_S`] and interpolated by cubics through four neighbouring instants
 //! (Catmull–Rom), so that a step costs little and no kink shakes the structure.
 //!
-//! Mean and gusts scale with the base speed, so forces scale with its square: a storm is a factor.
+//! Mean and gusts scale with the base speed, so forces scale with its square; a storm is a factor on the speed.
 
 use rand::RngExt;
 
@@ -14,10 +14,10 @@ use crate::wind::WindParameters;
 use crate::wind::field::GustField;
 use crate::wind::profile::{SpeedOverTime, mean_speed};
 
-/// Time between two evaluations of the wind \[s\]: five a period of the highest frequency.
+/// Interval between evaluations of the wind \[s\]: five per period of the highest frequency.
 const INTERVAL_S: f64 = 0.02;
 
-/// What was drawn for the wind of a run.
+/// The values drawn for the wind of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WindConditions {
     pub(crate) speed: SpeedOverTime,
@@ -27,7 +27,7 @@ pub(crate) struct WindConditions {
 impl WindConditions {
     pub(crate) fn draw(wind: &WindParameters, seed: u64) -> Self {
         let mut generator = Stream::WindConditions.generator(seed);
-        // Both are always drawn, so that fixing one leaves the other.
+        // Both are always drawn, so that fixing one does not change the other.
         let (speed, direction): (f64, f64) = (generator.random(), generator.random());
         let direction_deg = wind.direction_deg.unwrap_or(360.0 * direction);
         Self {
@@ -70,7 +70,7 @@ impl WindLoads {
         seed: u64,
     ) -> Self {
         let largest = conditions.speed.largest();
-        // In a run without any wind the shape of the spectrum does not matter, but must exist.
+        // In a run without wind the shape of the spectrum does not matter, but has to exist.
         let base_speed = if largest > 0.0 { largest } else { 1.0 };
         let steps_per_interval = ((INTERVAL_S / step_s).round() as usize).max(1);
         let interval_s = steps_per_interval as f64 * step_s;
@@ -104,7 +104,7 @@ impl WindLoads {
         &self.knots[1]
     }
 
-    /// Writes the forces at the middle of this step \[N\] and moves on to the next step.
+    /// Writes the forces at the middle of this step \[N\] and advances to the next step.
     pub(crate) fn next(&mut self, forces_n: &mut [f64]) {
         if self.step_in_interval == self.steps_per_interval {
             self.step_in_interval = 0;
@@ -158,7 +158,7 @@ fn smooth_rise(time_s: f64, duration_s: f64) -> f64 {
     place * place * (3.0 - 2.0 * place)
 }
 
-/// Weights of four equidistant values, at a place from 0 to 1 between the two in the middle.
+/// Weights of four equidistant values, at a position from 0 to 1 between the middle two.
 fn catmull_rom(t: f64) -> [f64; 4] {
     let (t2, t3) = (t * t, t * t * t);
     [

@@ -1,10 +1,9 @@
-//! Whose samples are diagnosed, when several publishers publish on the module's key.
+//! Selects the publisher whose samples are diagnosed, if several publish on the module's key.
 //!
-//! The one that is being diagnosed stays until it has been silent for a while. Samples of another one
-//! are kept meanwhile, as many as fit, so that a restarted publisher loses nothing by the wait.
-//! Only time in which the diagnoser itself listened counts: after it stood still, every publisher seems silent, and
-//! whose samples are read first is chance.
-//! A client that forges a publisher's identity is kept out by access control, not by this.
+//! The selected publisher stays until it has been silent for a while. Samples of another one are buffered meanwhile,
+//! within limits, so that the wait loses no samples of a restarted publisher. Only time during which the diagnoser was
+//! listening counts as silence: after the diagnoser was suspended, every publisher seems silent, and which samples it
+//! reads first is chance. Access control, not this module, excludes clients that forge a publisher's identity.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -12,16 +11,16 @@ use std::time::{Duration, Instant};
 use crate::sequencer::ReceivedSample;
 use vocabulary::RunId;
 
-/// What the network calls a publisher.
+/// The identity of a publisher on the network.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PublisherId {
-    /// Its session.
+    /// The identifier of its session.
     pub session: [u8; 16],
-    /// The publisher within the session.
+    /// The identifier of the publisher within the session.
     pub entity: u32,
 }
 
-/// A publisher and its run; a publisher may be without an identity.
+/// A publisher and its run; the publisher may have no identity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleSource {
     /// The publisher.
@@ -31,9 +30,9 @@ pub struct SampleSource {
 }
 
 impl SampleSource {
-    /// Are samples that the other one gives in reply to a query this one's? Publisher and queryable of one session are
-    /// different entities of it. Of a publisher without an identity, whoever replies is believed, as whoever
-    /// publishes without one is.
+    /// Whether samples in the other source's reply belong to this source. Publisher and queryable are different
+    /// entities of one session. If the publisher has no identity, any reply with the same run is accepted, as are its
+    /// published samples.
     #[must_use]
     pub fn replies_as(self, replier: SampleSource) -> bool {
         match self.publisher {
@@ -43,18 +42,18 @@ impl SampleSource {
     }
 }
 
-/// What to do with a sample.
+/// The decision about a sample.
 #[derive(Debug)]
 pub enum Arbitration {
     /// Use it.
     Use(ReceivedSample),
-    /// Use these, the last one of which it is.
+    /// Use these samples, which end with the new one.
     UseAll(VecDeque<ReceivedSample>),
-    /// It is another publisher's; it was put aside or dropped.
+    /// The sample belongs to another publisher; it was buffered or dropped.
     PutAside,
 }
 
-/// Time spent listening. A longer pause between two messages or ticks than [`Self::PAUSE`] counts as that.
+/// The time spent listening. A pause between two messages or ticks counts for at most [`Self::PAUSE`].
 #[derive(Debug, Default)]
 struct ListeningTime {
     latest: Option<Instant>,
@@ -73,7 +72,7 @@ impl ListeningTime {
     }
 }
 
-/// Another publisher, when it was last heard, and its samples.
+/// Another publisher, the time of its latest sample, and its buffered samples.
 #[derive(Debug)]
 struct CandidateSource {
     source: SampleSource,
@@ -81,7 +80,7 @@ struct CandidateSource {
     samples: VecDeque<ReceivedSample>,
 }
 
-/// The publisher being diagnosed, when it was last heard, and a candidate for its place.
+/// The selected publisher, the time of its latest sample, and a candidate to replace it.
 #[derive(Debug)]
 pub struct PublisherArbiter {
     listening: ListeningTime,
@@ -92,13 +91,13 @@ pub struct PublisherArbiter {
 }
 
 impl PublisherArbiter {
-    /// A publisher silent for `hold` may be replaced; `room` samples of another one are kept.
+    /// A publisher may be replaced after `hold` of silence; up to `room` samples of the candidate are buffered.
     #[must_use]
     pub fn new(hold: Duration, room: usize) -> Self {
         Self { listening: ListeningTime::default(), present: None, candidate: None, hold, room }
     }
 
-    /// Takes a sample.
+    /// Decides about a sample.
     pub fn admit(&mut self, source: SampleSource, arrival: ReceivedSample) -> Arbitration {
         let now = self.listening.until(arrival.received);
         self.forget_silent_candidate();
@@ -120,8 +119,8 @@ impl PublisherArbiter {
         }
     }
 
-    /// The samples put aside, if the present publisher has been silent for long enough; they are used
-    /// from now on.
+    /// If the selected publisher has been silent for long enough, selects the candidate and returns its buffered
+    /// samples.
     pub fn promote(&mut self, now: Instant) -> VecDeque<ReceivedSample> {
         let now = self.listening.until(now);
         self.forget_silent_candidate();
@@ -135,19 +134,19 @@ impl PublisherArbiter {
         }
     }
 
-    /// Whose samples are used at present.
+    /// The selected publisher.
     #[must_use]
     pub fn present(&self) -> Option<SampleSource> {
         self.present.map(|(source, _)| source)
     }
 
-    /// A publisher with an identity may begin a new run at any time.
+    /// A publisher with an identity may start a new run at any time.
     fn is_replaced_by(&self, present: SampleSource, source: SampleSource, now: Duration) -> bool {
         let same = source.publisher.is_some() && source.publisher == present.publisher;
         source == present || same || self.is_silent(now)
     }
 
-    /// Has the present publisher been silent for long enough to be replaced?
+    /// Whether the selected publisher has been silent for long enough to be replaced.
     fn is_silent(&self, now: Duration) -> bool {
         self.present.is_none_or(|(_, heard)| now - heard >= self.hold)
     }
@@ -175,8 +174,8 @@ impl PublisherArbiter {
         heard.is_some_and(|heard| now.saturating_sub(heard) < self.hold)
     }
 
-    /// A candidate that fell silent while the present one went on is dropped. If both are silent, one may
-    /// have replaced the other and be waiting for an echo.
+    /// Drops a candidate that became silent while the selected publisher continued. If both are silent, the candidate
+    /// may be the successor and be waiting for its samples to be diagnosed.
     fn forget_silent_candidate(&mut self) {
         let Some((_, heard)) = self.present else { return };
         if !self.candidate_speaks(heard) {

@@ -1,8 +1,8 @@
-//! The present state of each component of a module, in one place: the journal, replies to queries, the status, the
-//! metrics and what a restart recalls all come from it.
+//! The present state of each component of a module; the only source for the journal, replies to queries, the status,
+//! the metrics and the memory after a restart.
 //!
-//! A new file of the journal begins with [`ComponentStore::snapshot`]; a restart reads those records back with
-//! [`ComponentStore::restore`].
+//! A new journal file begins with [`ComponentStore::snapshot`]; after a restart [`ComponentStore::restore`] reads those
+//! records.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -16,33 +16,34 @@ use vocabulary::{
 use crate::identified_fault::IdentifiedFault;
 use crate::record::{JournalRecord, WatchedSteps};
 
-/// Changes that a new file of the journal begins with.
+/// Most changes in the snapshot at the beginning of a journal file.
 const CHANGES: usize = 512;
-/// Inputs of earlier processes that are kept, and with which a new file of the journal begins.
+/// Most inputs of earlier processes in that snapshot.
 const INPUTS: usize = 128;
-/// Inputs that are written before a transition. Those before them were published long ago.
+/// Most inputs written before a transition. Earlier ones were published long ago.
 const INPUTS_OF_TRANSITION: usize = 64;
 
 /// The present state of a module.
 #[derive(Debug, Default)]
 pub struct ComponentStore {
-    /// The module's own components, in the order of its channels; after them, those that only the journal knows: of
-    /// another module, or of an earlier configuration.
+    /// The module's own components in the order of its channels, followed by components known only from the journal:
+    /// those of another module or of an earlier configuration.
     entries: Vec<StoredComponent>,
     own: usize,
-    /// The latest changes; of runs that have ended, none.
+    /// The latest changes in the present run.
     changes: VecDeque<(RunId, Change)>,
     /// The latest inputs in the journal.
     inputs: VecDeque<Input>,
-    /// Those since the latest transition, which are in the journal once there is another one.
+    /// Inputs since the latest transition; they are written to the journal with the next one.
     inputs_since: VecDeque<Input>,
-    /// A run has ended: what stands before this in the journal is of an earlier one.
+    /// Whether a run has ended, so that earlier records in the journal belong to an earlier run.
     run_ended: bool,
     start: Option<JournalRecord>,
-    /// The greatest number of the module's transitions, and what the numbers count in \[ms since 1970\].
+    /// The highest sequence number of the module's transitions, and the incarnation that it belongs to \[ms since
+    /// 1970\].
     sequence: u64,
     incarnation: u64,
-    /// The latest change of phase; none before the first.
+    /// The latest change of phase; `None` before the first.
     phase: Option<PhaseChange>,
     /// Since when and why components are not monitored, if so.
     unmonitored: Option<Unknown>,
@@ -52,40 +53,41 @@ pub struct ComponentStore {
 struct StoredComponent {
     path: ComponentPath,
     latest: Option<FaultTransition>,
-    /// By which the disk's answer for it is known.
+    /// The ticket that tells whether its record is durable.
     ticket: u64,
     fault: IdentifiedFault,
-    /// How it stands to its reference, and since when it may therefore not be called normal.
+    /// The comparison with its reference, and since when that does not permit calling it normal.
     condition: Option<Condition>,
     hidden_since_ns: Option<u64>,
 }
 
-/// A component's state as replies give it.
+/// The state of a component as sent in replies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedState {
     /// The component.
     pub component: Component,
     /// Its state.
     pub state: FaultTransition,
-    /// By which the disk's answer for its latest transition is known.
+    /// The ticket that tells whether its latest transition is durable.
     pub ticket: u64,
 }
 
-/// A component's state for status and metrics.
+/// The state of a component for status and metrics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PresentComponent<'a> {
     /// The component.
     pub component: &'a Component,
     /// Its state.
     pub state: FaultState,
-    /// Its latest transition, if it had one.
+    /// Its latest transition, if there is one.
     pub latest: Option<&'a FaultTransition>,
-    /// How it stands to its reference.
+    /// The comparison with its reference.
     pub condition: Option<&'a Condition>,
 }
 
 impl ComponentStore {
-    /// Reads the records of a journal, oldest first. What is found of other modules is kept for the journal only.
+    /// Restores the state from the records of a journal, oldest first. Records of other modules are kept for the
+    /// journal only.
     #[must_use]
     pub fn restore(records: Vec<JournalRecord>, module: &ModuleName, now_unix_ns: u64) -> Self {
         let mut store = Self::default();
@@ -116,13 +118,13 @@ impl ComponentStore {
         store
     }
 
-    /// What sequence numbers count in: that of the journal, or a new one \[ms since 1970\].
+    /// The incarnation that sequence numbers belong to: that of the journal, or a new one \[ms since 1970\].
     #[must_use]
     pub fn incarnation(&self) -> u64 {
         self.incarnation
     }
 
-    /// Names the module's own components, in the order of its channels, which are not monitored yet for this reason.
+    /// Sets the module's own components in the order of its channels. They are unmonitored at first, for this reason.
     pub fn configure(
         &mut self,
         module: &ModuleName,
@@ -142,7 +144,7 @@ impl ComponentStore {
         self.unmonitored = Some(Unknown { since_unix_ns: now_unix_ns, reason });
     }
 
-    /// Takes a transition, whose record in the journal has this ticket. Returns it with the identification of its fault.
+    /// Records a transition whose journal record has this ticket. Returns it with the identification of its fault.
     pub fn transition(&mut self, mut transition: FaultTransition, ticket: u64) -> FaultTransition {
         let entry = self.entry(&transition.component);
         entry.fault.enter(&transition);
@@ -154,12 +156,12 @@ impl ComponentStore {
         transition
     }
 
-    /// Takes an input.
+    /// Records an input.
     pub fn input(&mut self, input: Input) {
         push_within(&mut self.inputs_since, input, INPUTS_OF_TRANSITION);
     }
 
-    /// What was taken since the latest transition, oldest first: it is to be written before the next one.
+    /// The inputs since the latest transition, oldest first, to be written before the next transition.
     pub fn inputs_of_transition(&mut self) -> Vec<JournalRecord> {
         let inputs: Vec<Input> = self.inputs_since.drain(..).collect();
         inputs.iter().for_each(|input| push_within(&mut self.inputs, input.clone(), INPUTS));
@@ -171,13 +173,13 @@ impl ComponentStore {
         self.inputs.iter().filter(move |input| input.module == *module)
     }
 
-    /// Takes what was found of a fault. Returns what is to be published: nothing if it says nothing new, or if it is of a
-    /// fault that is no longer there.
+    /// Records an identification. Returns it if it is to be published, and `None` if it adds nothing new or belongs to
+    /// an earlier fault.
     pub fn identification(&mut self, found: Identification) -> Option<Identification> {
         self.entry(&found.component).fault.find(found)
     }
 
-    /// Takes what else is written to the journal.
+    /// Records other journal records.
     pub fn note(&mut self, record: JournalRecord) {
         match record {
             JournalRecord::Change { run, change } => {
@@ -195,23 +197,23 @@ impl ComponentStore {
         }
     }
 
-    /// Takes the conditions at present, in the order of the channels.
+    /// Records the present conditions, in the order of the channels.
     pub fn conditions(&mut self, present: impl IntoIterator<Item = Condition>, now_unix_ns: u64) {
         for (entry, condition) in self.entries.iter_mut().zip(present) {
             let is_hidden = !condition.allows_normal();
-            // What lasts began when it was first seen.
+            // A condition that persists keeps the time at which it was first seen.
             let since = entry.hidden_since_ns.unwrap_or(now_unix_ns);
             entry.hidden_since_ns = is_hidden.then_some(since);
             entry.condition = Some(condition);
         }
     }
 
-    /// Takes a change of phase.
+    /// Records a change of phase.
     pub fn phase_changed(&mut self, change: PhaseChange) {
         self.phase = Some(change);
     }
 
-    /// Takes the phase at present, and its reason. What lasts began when it was first entered.
+    /// Records the present phase and its reason. A phase that persists keeps the time at which it was entered.
     pub fn monitored(&mut self, phase: ModulePhase, reason: String, now_unix_ns: u64) {
         let since = self.unmonitored.as_ref().map_or(now_unix_ns, |known| known.since_unix_ns);
         let unknown = Unknown { since_unix_ns: since, reason };
@@ -224,8 +226,8 @@ impl ComponentStore {
         self.phase.as_ref()
     }
 
-    /// The states of the wanted components for a reply. What is not monitored at present is not normal, nor is what cannot
-    /// be verified. `stuck`: why nothing is known whatever the phase.
+    /// The states of the selected components for a reply. A component that is not monitored or cannot be verified is
+    /// reported as unknown, not as normal. `stuck` gives the reason if nothing is known in any phase.
     pub fn states(
         &self,
         speaker: &Speaker,
@@ -243,7 +245,7 @@ impl ComponentStore {
         wanted.map(state).collect()
     }
 
-    /// The latest identification of each wanted component that has a fault.
+    /// The latest identification of each selected component with a fault.
     pub fn identifications(
         &self,
         wanted: impl Fn(&Component) -> bool,
@@ -252,7 +254,8 @@ impl ComponentStore {
         wanted.filter_map(|entry| entry.fault.latest())
     }
 
-    /// What was published before the restart: the latest transition of each component, and what was found of its fault.
+    /// Everything published before the restart: the latest transition of each component, and the identification of its
+    /// fault.
     #[must_use]
     pub fn published(&self) -> (Vec<FaultTransition>, Vec<Identification>) {
         let transitions = self.own().filter_map(|entry| entry.latest.clone());
@@ -260,7 +263,7 @@ impl ComponentStore {
         (transitions.collect(), found.collect())
     }
 
-    /// Each component as it is at present, in the order of the channels.
+    /// The present state of each component, in the order of the channels.
     pub fn present(&self) -> impl Iterator<Item = PresentComponent<'_>> {
         let is_hidden =
             |entry: &StoredComponent| self.unmonitored.is_some() || entry.hidden_since_ns.is_some();
@@ -285,14 +288,14 @@ impl ComponentStore {
         first.latest.as_ref()?.suppressed.as_ref()
     }
 
-    /// What the diagnoser receives after a restart. `watch` names the run.
+    /// The memory passed to the diagnoser after a restart. `watch` names the run.
     #[must_use]
     pub fn memory(&self, module: &ModuleName, watch: Option<WatchedSteps>) -> Memory {
         let own = self.entries.iter().filter(|entry| entry.path.module == *module);
         let latest = own.filter_map(|entry| entry.latest.clone()).filter_map(from_transition);
         let watch = watch.map(|WatchedSteps { run, watched }| {
             let own = self.changes.iter().filter(|(of, _)| *of == run);
-            // A change is written again when it is over, and repeated in a new file: the latest counts.
+            // A change is written again when it ends, and repeated in a new file: the latest record applies.
             let mut latest = BTreeMap::new();
             for (_, change) in own {
                 latest.insert((change.step, change.component.clone()), change.clone());
@@ -304,12 +307,12 @@ impl ComponentStore {
         Memory { sequence: self.sequence, latest: latest.collect(), watch }
     }
 
-    /// What a new file of the journal begins with, in an order in which it can be read: what a fault is comes after the
-    /// fault.
+    /// The records at the beginning of a new journal file, in a readable order: the identification of a fault follows
+    /// the fault.
     #[must_use]
     pub fn snapshot(&self) -> Vec<JournalRecord> {
         let start = self.start.iter().cloned();
-        // It holds of what other files say, too.
+        // The end of the run also applies to records in earlier files.
         let ended = self.run_ended.then_some(JournalRecord::RunEnded);
         let changes = self.changes.iter().cloned();
         let changes = changes.map(|(run, change)| JournalRecord::Change { run, change });
@@ -342,7 +345,7 @@ impl StoredComponent {
         Self { path, latest: None, ticket: 0, fault, condition: None, hidden_since_ns: None }
     }
 
-    /// The number decides which transition is the latest.
+    /// The transition with the highest sequence number is the latest.
     fn take(&mut self, transition: FaultTransition, ticket: u64) {
         if self.latest.as_ref().is_none_or(|known| known.sequence <= transition.sequence) {
             self.latest = Some(transition);
@@ -375,7 +378,7 @@ impl StoredComponent {
     }
 }
 
-/// Adds to the latest, of which there are so many at most.
+/// Appends to a list of the latest items, dropping the oldest beyond a limit.
 fn push_within<T>(latest: &mut VecDeque<T>, item: T, most: usize) {
     if latest.len() == most {
         latest.pop_front();
@@ -383,7 +386,7 @@ fn push_within<T>(latest: &mut VecDeque<T>, item: T, most: usize) {
     latest.push_back(item);
 }
 
-/// What a transition carries of the latest identification.
+/// The part of the latest identification that a transition includes.
 fn carried(latest: &Identification) -> Box<Identification> {
     Box::new(latest.clone().without_signature())
 }

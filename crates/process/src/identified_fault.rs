@@ -1,21 +1,21 @@
-//! What is known of the fault that a component has at present. It ends with the fault, and an identification that is of
-//! another one is not taken: it was made from what was measured before the reset.
+//! The identification of a component's present fault. It is discarded with the fault, and an identification of an
+//! earlier fault is rejected, because it was computed from measurements before the reset.
 
 use vocabulary::{Candidate, FaultSize, FaultState, FaultTransition, Identification};
 
 /// The present fault of a component, if it has one, with its identification.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct IdentifiedFault {
-    /// The number of the component's latest transition.
+    /// The sequence number of the component's latest transition.
     sequence: u64,
-    /// The number of the first transition that may have declared the fault; `None` without a fault.
+    /// The sequence number of the first transition that may have declared the fault; `None` without a fault.
     declared: Option<u64>,
     latest: Option<Identification>,
     published: Option<Identification>,
 }
 
 impl IdentifiedFault {
-    /// Takes a transition of the component; an earlier one than the latest is passed over.
+    /// Records a transition of the component; one older than the latest is ignored.
     pub fn enter(&mut self, transition: &FaultTransition) {
         if transition.sequence < self.sequence {
             return;
@@ -25,7 +25,7 @@ impl IdentifiedFault {
             return;
         }
         self.sequence = transition.sequence;
-        // What is acknowledged, or shelved, was declared before, perhaps in a part of the journal that is gone.
+        // An acknowledged or shelved fault was declared earlier, perhaps in a deleted part of the journal.
         let declared = match transition.state() {
             FaultState::Latched if !is_of_earlier_fault(transition) => transition.sequence,
             _ => 0,
@@ -38,7 +38,7 @@ impl IdentifiedFault {
         }
     }
 
-    /// Takes what was published before.
+    /// Restores an identification that was published before.
     pub fn recall(&mut self, published: Identification) {
         if self.is_of_it(&published) {
             self.latest = Some(published.clone());
@@ -46,7 +46,7 @@ impl IdentifiedFault {
         }
     }
 
-    /// Takes what was found. Returns what is to be published, if anything is.
+    /// Records an identification. Returns it if it is to be published.
     pub fn find(&mut self, found: Identification) -> Option<Identification> {
         if !self.is_of_it(&found) {
             return None;
@@ -76,16 +76,16 @@ impl IdentifiedFault {
     }
 }
 
-/// Whether this transition is about its alarm, and the fault was there before.
+/// Whether this transition is only about the alarm of a fault declared earlier.
 fn is_of_earlier_fault(transition: &FaultTransition) -> bool {
     transition.order.as_ref().is_some_and(|order| !order.kind.is_about_verdict())
 }
 
-/// The interval must have shrunk to less than this share of the published one.
+/// A size is news if its interval shrinks below this share of the published one.
 const NARROWER: f64 = 0.5;
 
-/// Does a finding differ enough from the one published before to be published? Each is one more measurement of the same
-/// fault, and most of them say what is known.
+/// Whether an identification differs enough from the published one to be published. Each one is another measurement of
+/// the same fault, and most add nothing new.
 fn is_material(published: Option<&Identification>, found: &Identification) -> bool {
     let Some(published) = published else { return true };
     published.sequence != found.sequence
@@ -98,7 +98,7 @@ fn kind(identification: &Identification) -> Option<&str> {
     identification.kind().map(|candidate| candidate.kind.as_str())
 }
 
-/// As long as the kind is not decided, no size is one that anybody relies on.
+/// The size is not relevant as long as the kind is undecided.
 fn size(identification: &Identification) -> Option<&FaultSize> {
     identification.kind().and_then(|Candidate { size, .. }| size.as_ref())
 }

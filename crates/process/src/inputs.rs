@@ -1,10 +1,10 @@
-//! Numbers what the diagnoser takes: consecutively from 1, each with the sample after which it was taken.
+//! Numbers the inputs of the diagnoser consecutively from 1, each with the sample after which it was taken.
 
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{Action, Diagnoser, Event, Memory, SampleRejection};
 use vocabulary::{Input, RunId, Step, Taken};
 
-/// How far the diagnoser has come.
+/// The position of the diagnoser in the stream of samples.
 #[derive(Debug, Clone, Copy, Default)]
 struct SamplePosition {
     samples: u64,
@@ -12,39 +12,39 @@ struct SamplePosition {
     step: Option<Step>,
 }
 
-/// Makes inputs of what is taken.
+/// Turns events and actions into inputs.
 #[derive(Debug)]
 pub struct InputNumbering {
     speaker: Speaker,
     process: u64,
     /// The number of the latest input.
     number: u64,
-    /// Where the diagnoser was before the event that it handles.
+    /// The position before the event being handled.
     position: SamplePosition,
 }
 
 impl InputNumbering {
-    /// Of a process that starts now.
+    /// The inputs of a process that starts now.
     #[must_use]
     pub fn new(speaker: Speaker, now_unix_ns: u64) -> Self {
         let position = SamplePosition::default();
         Self { speaker, process: now_unix_ns, number: 0, position }
     }
 
-    /// When the process started \[ns since 1970\]: this distinguishes its inputs from those of others.
+    /// The start of the process \[ns since 1970\], which distinguishes its inputs from those of other processes.
     #[must_use]
     pub fn process(&self) -> u64 {
         self.process
     }
 
-    /// The first of all: what the diagnoser remembers, and the fingerprint of its configuration.
+    /// The first input: the memory of the diagnoser, and the fingerprint of its configuration.
     pub fn start(&mut self, memory: &Memory, configuration: String, now_unix_ns: u64) -> Input {
         let software = env!("CARGO_PKG_VERSION").to_owned();
         let remembered = Box::new(self.speaker.remembered(memory));
         self.enter(Taken::Started { software, configuration, remembered }, now_unix_ns)
     }
 
-    /// An event that the diagnoser is about to handle, unless no verdict depends on it or it is a sample.
+    /// The input for an event to be handled; `None` for samples and for events that do not affect verdicts.
     pub fn event(
         &mut self,
         event: &Event,
@@ -59,8 +59,8 @@ impl InputNumbering {
         to_taken(event, &self.speaker.structure).map(|taken| self.enter(taken, now_unix_ns))
     }
 
-    /// What an action says about the sample of the latest event: which one it is, that others are missing before it, or
-    /// that it was passed over and yet had a part in which are used after it.
+    /// The input for an action on the latest sample: it starts a run, earlier ones are missing, or it was rejected but
+    /// still affects which later samples are used.
     pub fn action(
         &mut self,
         action: &Action,

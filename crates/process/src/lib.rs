@@ -1,19 +1,19 @@
-//! What a diagnoser's process decides beside the diagnosis, without a runtime: neither Zenoh nor tokio, no threads, no
-//! files, no clock. Every time is passed in, so that a simulation can drive the same code as the daemon.
+//! The decisions of a diagnoser process outside the diagnosis, without a runtime: no Zenoh, no tokio, no threads, no
+//! files, no clock. Times are passed in, so that a simulation can drive the same code as the daemon.
 //!
 //! | file | decides |
 //! |---|---|
-//! | `arbiter` | whose samples are diagnosed, when several publishers publish on the module's key |
-//! | `sequencer` | in which order samples are diagnosed, and which missing ones the publisher is asked for |
-//! | `recovery` | what of the replies is used, and when the publisher is asked again |
-//! | `staleness` | whether samples arrive, and why not; which phase is to be published |
-//! | `peers` | how long samples wait for peers' answers, how long an answer is waited for, when a peer is asked again |
+//! | `arbiter` | which publisher's samples are diagnosed, if several publish on the module's key |
+//! | `sequencer` | the order of samples, and which missing ones to request from the publisher |
+//! | `recovery` | which samples in replies to use, and when to repeat a request |
+//! | `staleness` | whether samples arrive, why not, and which phase to publish |
+//! | `peers` | how long samples wait for peers, timeouts of queries to peers, and retries |
 //! | `pending_replies` | how long queries of peers are held |
 //! | `inputs` | which inputs are recorded, and their numbers |
 //! | `components` | **the present state of each component**: behind journal, queries, status, metrics and restart |
 //! | `identified_fault` | which identifications belong to the present fault, and which are published |
-//! | `record` | what of it is written to the journal |
-//! | `write_queue` | what is to be written, and how long a fault waits for the disk before it is published |
+//! | `record` | the records of the journal |
+//! | `write_queue` | what to write, and how long a fault waits for the disk before it is published |
 
 mod arbiter;
 mod components;

@@ -1,5 +1,5 @@
-//! How peers are dealt with: samples pause while queries are pending, an answer is waited for longer after each that came
-//! too late, and a peer that did not answer is queried again.
+//! Queries to peers: samples pause while queries are pending, timeouts grow after late answers, and failed queries are
+//! repeated.
 
 use std::collections::BTreeMap;
 use std::iter::successors;
@@ -8,33 +8,33 @@ use std::time::{Duration, Instant};
 use diagnosis::PeerFailure;
 use vocabulary::{ModuleName, delivery::Backoff};
 
-/// The pause of sample processing while this module's own queries to peers are pending: which are, and whether samples
-/// wait for any of them.
+/// The pause of sample processing while queries to peers are pending: the pending queries, and whether samples wait for
+/// any of them.
 #[derive(Debug)]
 pub struct QueryPause {
-    /// Of each peer, how many queries are pending.
+    /// The number of pending queries of each peer.
     pending: BTreeMap<ModuleName, usize>,
-    /// The peers that samples wait for. One that has let the time limit pass is not waited for again until it has no
-    /// query pending: a slow peer delays no samples, and takes nothing from those that answer.
+    /// The peers that samples wait for. After a peer exceeds the time limit, samples do not wait for it until it has no
+    /// pending query, so that a slow peer neither delays samples nor shortens the wait for peers that answer.
     awaited: Vec<ModuleName>,
     until: Option<Instant>,
     limit: Duration,
 }
 
 impl QueryPause {
-    /// Samples wait for `limit` at most.
+    /// Samples wait at most `limit`.
     #[must_use]
     pub fn new(limit: Duration) -> Self {
         Self { pending: BTreeMap::new(), awaited: Vec::new(), until: None, limit }
     }
 
-    /// Samples wait until then.
+    /// The end of the pause.
     #[must_use]
     pub fn until(&self) -> Option<Instant> {
         self.until
     }
 
-    /// A query to a peer begins.
+    /// Records the start of a query to a peer.
     pub fn begin(&mut self, peer: &ModuleName, now: Instant) {
         let pending = self.pending.entry(peer.clone()).or_default();
         *pending += 1;
@@ -44,7 +44,7 @@ impl QueryPause {
         }
     }
 
-    /// A query to a peer ended.
+    /// Records the end of a query to a peer.
     pub fn end(&mut self, peer: &ModuleName) {
         let Some(pending) = self.pending.get_mut(peer) else { return };
         *pending -= 1;
@@ -57,20 +57,20 @@ impl QueryPause {
         }
     }
 
-    /// The time limit has passed.
+    /// Records that the time limit has passed.
     pub fn expire(&mut self) {
         self.until = None;
         self.awaited.clear();
     }
 }
 
-/// The first pause before a peer that did not answer is queried again.
+/// The first pause before a failed query to a peer is repeated.
 const FIRST_RETRY: Duration = Duration::from_millis(150);
-/// The longest.
+/// The longest such pause.
 const LONGEST_RETRY: Duration = Duration::from_millis(800);
 
-/// The peers whose latest query failed, and when each is queried again: by the clock, because the diagnoser counts
-/// steps, which race while missed samples are recovered and stop when samples stop.
+/// The peers whose latest query failed, and when each is queried again. Times are by the clock, because steps pass
+/// quickly while missed samples are recovered, and stop when samples stop.
 #[derive(Debug, Default)]
 pub struct PeerRetries(BTreeMap<ModuleName, RetryWait>);
 
@@ -82,7 +82,7 @@ struct RetryWait {
 }
 
 impl PeerRetries {
-    /// A query to the peer ended.
+    /// Records the end of a query to the peer.
     pub fn note(&mut self, peer: &ModuleName, answered: bool, now: Instant) {
         if answered {
             self.0.remove(peer);
@@ -94,7 +94,7 @@ impl PeerRetries {
         self.0.insert(peer.clone(), RetryWait { pauses, pause, until: now + pause });
     }
 
-    /// The peers that may be queried again; each is returned once per wait.
+    /// The peers that may be queried again; each is returned once per pause.
     pub fn over(&mut self, now: Instant) -> Vec<ModuleName> {
         let mut over = Vec::new();
         for (peer, wait) in &mut self.0 {
@@ -107,41 +107,41 @@ impl PeerRetries {
     }
 }
 
-/// How many different timeouts there are; each is twice the one before.
+/// The number of different timeouts; each is twice the previous one.
 const TIMEOUTS: usize = 3;
 
-/// The timeouts of the next questions: longer after each question that timed out, until one is answered.
+/// The timeouts of queries: longer after each timeout, until the peer answers.
 ///
-/// Over a link that loses packets an answer is late rather than lost: TCP repeats a lost packet after a quarter of
-/// a second, and after twice as long whenever that is lost as well. With the same timeout each time, answers could
-/// come right after their questions were given up, again and again.
+/// Over a link that loses packets an answer is late rather than lost: TCP repeats a lost packet after a quarter of a
+/// second, and doubles that time with each further loss. With a constant timeout, answers could repeatedly arrive just
+/// after their queries timed out.
 #[derive(Debug)]
 pub struct PeerTimeouts {
     first: Duration,
-    /// Of the peers that have timed out since they last answered or refused.
+    /// The timeouts of peers that have timed out since they last answered or refused.
     longer: BTreeMap<ModuleName, Duration>,
 }
 
 impl PeerTimeouts {
-    /// `first` is the timeout of a peer that answers.
+    /// `first` is the timeout for a peer that answers.
     #[must_use]
     pub fn new(first: Duration) -> Self {
         Self { first, longer: BTreeMap::new() }
     }
 
-    /// All there are, shortest first.
+    /// All timeouts, shortest first.
     pub fn all(&self) -> impl Iterator<Item = Duration> + use<> {
         successors(Some(self.first), |timeout| Some(2 * *timeout)).take(TIMEOUTS)
     }
 
-    /// The timeout of the next question to the peer.
+    /// The timeout of the next query to the peer.
     #[must_use]
     pub fn of_next(&self, peer: &ModuleName) -> Duration {
         self.longer.get(peer).copied().unwrap_or(self.first)
     }
 
-    /// A question to the peer with this timeout ended. A refusal came in time as well. That a peer is absent says
-    /// nothing of how long its answers take.
+    /// Records the end of a query with this timeout. A refusal counts as an answer in time. The absence of a peer says
+    /// nothing about how long its answers take.
     pub fn note(&mut self, peer: &ModuleName, timeout: Duration, failure: Option<&PeerFailure>) {
         match failure {
             Some(PeerFailure::TimedOut) => self.lengthen(peer, timeout),
@@ -152,7 +152,7 @@ impl PeerTimeouts {
         }
     }
 
-    /// Questions that were under way together and timed out together count as one.
+    /// Queries that were pending at the same time and timed out together count as one.
     fn lengthen(&mut self, peer: &ModuleName, timeout: Duration) {
         let next = self.all().find(|longer| *longer > timeout).unwrap_or(timeout);
         let of_peer = self.longer.entry(peer.clone()).or_insert(next);

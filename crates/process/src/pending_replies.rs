@@ -1,4 +1,4 @@
-//! Queries and commands that have not been replied to yet.
+//! Queries and commands without a reply so far.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -12,15 +12,15 @@ struct HeldQuery<Q> {
     until: Instant,
 }
 
-/// The token of a command without a client that waits for its outcome; nothing pending has it.
+/// The token of a command for which no client waits; no pending command has it.
 pub const UNAWAITED: OrderToken = OrderToken(0);
 
 /// A command that waits for its outcome.
 #[derive(Debug)]
 pub struct PendingOrder<Q> {
-    /// Where the reply goes.
+    /// The query to reply to.
     pub query: Q,
-    /// Whether it is about the module with all its components.
+    /// Whether it applies to the whole module.
     pub is_of_module: bool,
 }
 

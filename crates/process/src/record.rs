@@ -1,4 +1,4 @@
-//! One record of the journal as text: a JSON object whose field `record` says what it is.
+//! Journal records as text: JSON objects whose field `record` names the kind.
 
 use serde::{Deserialize, Serialize};
 use vocabulary::{Change, FaultTransition, Identification, Input, RunId, Step};
@@ -6,50 +6,50 @@ use vocabulary::{Change, FaultTransition, Identification, Input, RunId, Step};
 /// Version of the records.
 pub const JOURNAL_VERSION: u64 = 1;
 
-/// Something worth remembering.
+/// A journal record.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "record", rename_all = "snake_case")]
 pub enum JournalRecord {
     /// A transition of the verdict on a component.
     Transition(Box<FaultTransition>),
-    /// What was published of a fault's kind and size.
+    /// A published identification of a fault.
     Identification(Box<Identification>),
-    /// What the diagnoser took before the transition that follows: a process that is killed may not have published it, and
-    /// without it the transition cannot be replayed.
+    /// An input taken before the following transition: a killed process may not have published it, and without it the
+    /// transition cannot be replayed.
     Input(Box<Input>),
-    /// A change whose ratio will not grow any more.
+    /// A change whose ratio will not increase any more.
     Change {
-        /// The run that its step is counted in.
+        /// The run that its step belongs to.
         run: RunId,
         /// The change.
         change: Change,
     },
-    /// A run ended: the steps of all transitions and changes before this are those of runs that are over, whatever the
-    /// number of the next one.
+    /// A run ended: the steps of all earlier transitions and changes belong to ended runs, whatever the number of the
+    /// next run.
     RunEnded,
-    /// A process began to write here. Whether the disk takes anything shows before there is a fault.
+    /// A process started to write here. The write shows whether the disk works before there is a fault.
     Start {
         /// Version of the records that follow.
         v: u64,
         /// Version of the software.
         software: String,
-        /// When \[ns since 1970\].
+        /// The time \[ns since 1970\].
         time_unix_ns: u64,
-        /// When the first one began \[ms since 1970\].
+        /// The incarnation: when the first process started here \[ms since 1970\].
         incarnation: u64,
     },
 }
 
 impl JournalRecord {
-    /// As a line.
+    /// The record as a line.
     ///
     /// # Errors
-    /// None of these has a form that JSON lacks.
+    /// None in practice: JSON can represent all records.
     pub fn to_text(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string(self)
     }
 
-    /// From a line; `None` for what is no record, and for one that contradicts itself.
+    /// Parses a line; `None` if it is not a record or contradicts itself.
     #[must_use]
     pub fn from_text(text: &str) -> Option<Self> {
         let record = serde_json::from_str(text).ok()?;
@@ -61,7 +61,8 @@ impl JournalRecord {
     }
 }
 
-/// Every channel was watched from the first to the last of these steps. Kept in a file of its own, which is overwritten.
+/// All channels were watched from the first to the last of these steps. Stored in a separate file, which is
+/// overwritten.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct WatchedSteps {
     /// The run.

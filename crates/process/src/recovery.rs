@@ -1,4 +1,4 @@
-//! Samples that were missed and that the publisher is asked for: what of the replies is used, and when it is asked again.
+//! Recovery of missed samples from the publisher: which samples in replies to use, and when to repeat a query.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -7,16 +7,16 @@ use vocabulary::{ModuleName, SampleQuestion, Step};
 
 use crate::sequencer::{ReceivedSample, SampleSize};
 
-/// How long the network waits for the samples. What is lost on the way may take longer, so it is asked again.
+/// Timeout of a query. Samples delayed by packet loss may take longer, so the query is repeated.
 const TIMEOUT: Duration = Duration::from_millis(500);
-/// Where a link is new, samples may come before the network knows who keeps the earlier ones. A query that
-/// reaches no publisher, or none that has any, is repeated for so long.
+/// On a new link, samples may arrive before the network knows which publisher stores earlier ones. A query that reaches
+/// no publisher, or none with samples, is repeated for this long.
 const UNANSWERED_FOR: Duration = Duration::from_millis(250);
-/// A publisher that was reached, and is not any more, is waited for until it has forgotten the samples; a link
-/// that loses a fifth of its packets may be down for seconds.
+/// If a publisher was reachable before, queries are repeated until it has discarded the samples: a link that loses a
+/// fifth of its packets may be down for seconds.
 const OUTAGE: Duration = Duration::from_secs(8);
 
-/// The samples of one question, which several queries may bring: there is room for one sample of each step.
+/// The samples received for one question, possibly by several queries: at most one sample per step.
 #[derive(Debug)]
 pub struct SampleRecovery {
     module: ModuleName,
@@ -26,13 +26,13 @@ pub struct SampleRecovery {
 }
 
 impl SampleRecovery {
-    /// Of a module whose samples have this size.
+    /// Of a module with samples of this size.
     #[must_use]
     pub fn new(module: &ModuleName, size: SampleSize, question: SampleQuestion) -> Self {
         Self { module: module.clone(), size, question, samples: BTreeMap::new() }
     }
 
-    /// Takes a sample, unless it was not asked for. Returns whether it was.
+    /// Adds a sample that was requested. Returns whether it was.
     pub fn take(&mut self, sample: vocabulary::Sample, now: Instant) -> bool {
         let fits = sample.module == self.module
             && sample.run == self.question.run
@@ -44,7 +44,7 @@ impl SampleRecovery {
         fits
     }
 
-    /// What has not come yet; samples come oldest first.
+    /// The samples still missing; samples arrive oldest first.
     #[must_use]
     pub fn rest(&self) -> Option<SampleQuestion> {
         let SampleQuestion { from, to, .. } = self.question;
@@ -52,38 +52,39 @@ impl SampleRecovery {
         (from <= to).then_some(SampleQuestion { from, ..self.question })
     }
 
-    /// How many have come.
+    /// The number of samples received.
     #[must_use]
     pub fn count(&self) -> usize {
         self.samples.len()
     }
 
-    /// What has come, sorted by step.
+    /// The samples received, sorted by step.
     pub fn end(&mut self) -> Vec<ReceivedSample> {
         std::mem::take(&mut self.samples).into_values().collect()
     }
 }
 
-/// A query that did not bring all.
+/// A query that did not return all samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecoveryAttempt {
-    /// When it was put.
+    /// When it was sent.
     pub asked: Instant,
-    /// Whether it brought samples.
+    /// Whether it returned samples.
     pub brought_some: bool,
-    /// Whether the network knew of a publisher that keeps samples, before the query and after it.
+    /// Whether a publisher that stores samples was reachable, before and after the query.
     pub reached: (bool, bool),
-    /// Whether it ever knew of one, who may be out of reach at present.
+    /// Whether such a publisher was ever known, even if it is not reachable at present.
     pub is_known: bool,
 }
 
 impl RecoveryAttempt {
-    /// Is there no publisher that keeps samples, or none that has any of these? Otherwise more may come: some came, or the
-    /// link failed, or is not back yet.
+    /// Whether publishers that store samples are missing, or have none of these. Otherwise more may follow: some
+    /// arrived, or the link failed or is still down.
     fn found_nothing(&self, now: Instant) -> bool {
         match self.reached {
             _ if self.brought_some => false,
-            // One that is there all the time and has sent nothing in time has nothing.
+            // A publisher that was reachable throughout and answered with nothing before the timeout has none of the
+            // samples.
             (true, true) => now.duration_since(self.asked) < TIMEOUT,
             (false, false) => !self.is_known,
             _ => false,
@@ -91,7 +92,7 @@ impl RecoveryAttempt {
     }
 }
 
-/// When the publisher is asked again for the samples of one gap.
+/// Decides when to repeat the query for the samples of a gap.
 #[derive(Debug)]
 pub struct RecoveryRetries {
     began: Instant,
@@ -101,13 +102,13 @@ pub struct RecoveryRetries {
 impl RecoveryRetries {
     /// The network's own time limit for a query.
     pub const TIMEOUT: Duration = TIMEOUT;
-    /// The pause before it is asked again.
+    /// The pause before a query is repeated.
     pub const PAUSE: Duration = Duration::from_millis(50);
-    /// All queries together end within this time. The network's own time limit comes first, so that nothing waits for late
-    /// samples; this one is for a network that fails to keep it.
+    /// Time limit of all queries together. Zenoh's own timeout comes first, so that nothing waits for late samples;
+    /// this one applies if Zenoh fails to keep its timeout.
     pub const LIMIT: Duration = Duration::from_millis(8000 + 500 + 700);
 
-    /// Before the first query.
+    /// The state before the first query.
     #[must_use]
     pub fn starting(now: Instant) -> Self {
         Self { began: now, nothing_since: None }

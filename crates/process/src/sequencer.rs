@@ -1,8 +1,8 @@
-//! Puts recovered samples before those that came meanwhile.
+//! Orders recovered samples before those that arrived meanwhile.
 //!
-//! Where steps are missing, the publisher is asked for them, and what comes meanwhile waits. It is asked
-//! too when the first sample of a run comes: a diagnoser that was restarted then sees what it has
-//! missed, and rests on a whole interval at once.
+//! If steps are missing, the publisher is queried for them, and later samples wait. It is also queried when the first
+//! sample of a run arrives, so that a restarted diagnoser receives the samples that it missed and has a complete
+//! interval at once.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -13,18 +13,18 @@ use vocabulary::{
     delivery::{Due, GapFiller},
 };
 
-/// A sample, when it was published and when it came.
+/// A sample with its times of publishing and arrival.
 #[derive(Debug, Clone)]
 pub struct ReceivedSample {
     /// The sample.
     pub sample: Sample,
-    /// When it was published, by the publisher's clock \[ns since 1970\].
+    /// The time of publishing by the publisher's clock \[ns since 1970\].
     pub time_unix_ns: u64,
-    /// When it came.
+    /// The time of arrival.
     pub received: Instant,
 }
 
-/// How many values a sample of the module has.
+/// The number of values in a sample of the module.
 #[derive(Debug, Clone, Copy)]
 pub struct SampleSize {
     /// Actuators.
@@ -34,8 +34,8 @@ pub struct SampleSize {
 }
 
 impl ReceivedSample {
-    /// A sample that is too long is cut off one value past its length: too long it stays, but it takes no
-    /// more room than a true one, however many wait.
+    /// A sample that is too long is truncated one value beyond its expected length: it stays too long, but takes no
+    /// more memory than a valid one, however many are queued.
     #[must_use]
     pub fn new(sample: vocabulary::Sample, received: Instant, size: SampleSize) -> Self {
         let vocabulary::Sample {
@@ -62,41 +62,41 @@ fn cut<T>(values: &mut Vec<T>, length: usize) {
     }
 }
 
-/// A gap that is longer is not one: the diagnoser does not accept such a step jump at once.
+/// A longer gap is not filled: the diagnoser does not accept such a jump of steps at once.
 const LONGEST_GAP: u64 = 10_000;
-/// How long no query is repeated after no answer, or after the backlog was dropped.
+/// Pause before the next query after one without an answer, or after the backlog was dropped.
 const RESPITE: Duration = Duration::from_secs(1);
-/// A sample that has waited for so long, and not for the publisher's reply, shows that there is no time to
-/// look back.
+/// A sample that has waited this long for a reason other than the publisher's reply shows that the diagnoser has no
+/// time to recover samples.
 const HURRY: Duration = Duration::from_secs(1);
 
-/// What is to be done next.
+/// The next action.
 #[derive(Debug)]
 pub enum SequencerStep {
     /// Diagnose this sample.
     Process(ReceivedSample),
-    /// Ask the publisher.
+    /// Query the publisher.
     Fetch(SampleQuestion),
 }
 
-/// Samples on their way to the diagnosis.
+/// Samples queued for the diagnosis.
 #[derive(Debug)]
 pub struct Sequencer {
-    /// How far back the publisher is asked.
+    /// The number of past samples to request.
     depth: u64,
     room: usize,
-    /// What is missing, and the sample that showed it.
+    /// The missing samples, and the sample that revealed the gap.
     filler: GapFiller<ReceivedSample>,
-    /// What came after that.
+    /// Samples that arrived after that one.
     waiting: VecDeque<ReceivedSample>,
     asked: Option<SampleQuestion>,
-    /// When the latest reply came: until then, samples waited for it.
+    /// The time of the latest reply, until which samples waited for it.
     replied: Option<Instant>,
     respite: Option<Instant>,
 }
 
 impl Sequencer {
-    /// Asks for at most `depth` samples; at most `room` wait meanwhile.
+    /// Requests at most `depth` samples; at most `room` samples wait meanwhile.
     #[must_use]
     pub fn new(depth: u64, room: usize) -> Self {
         Self {
@@ -110,9 +110,9 @@ impl Sequencer {
         }
     }
 
-    /// Takes a sample that has come.
+    /// Adds a sample that arrived.
     pub fn push(&mut self, arrival: ReceivedSample) {
-        // Who has begun a new run has forgotten the former one.
+        // A publisher that has started a new run has discarded the former one.
         let forgotten = self.asked.is_some_and(|question| question.run != arrival.sample.run);
         self.waiting.push_back(arrival);
         let too_long = self.len() >= self.room;
@@ -121,7 +121,7 @@ impl Sequencer {
         }
     }
 
-    /// Takes what the publisher still had; whether it was still waited for.
+    /// Adds the samples that the publisher still had; returns whether they were still awaited.
     pub fn take(
         &mut self,
         question: SampleQuestion,
@@ -136,22 +136,21 @@ impl Sequencer {
             self.respite = Some(now + RESPITE);
         }
         for arrival in samples {
-            // Twice the same is once the same.
+            // A duplicate is ignored.
             let _ = self.filler.take(arrival.sample.step.0, arrival);
         }
         self.give_up();
         true
     }
 
-    /// What is missing now is not waited for.
+    /// Stops waiting for the missing samples.
     fn give_up(&mut self) {
         if self.asked.take().is_some() {
             self.filler.give_up(0..self.filler.end());
         }
     }
 
-    /// Drops everything that waits; how many samples that were. What is missing then is not asked
-    /// for.
+    /// Drops all waiting samples; returns their number. Samples missing before them will not be requested.
     pub fn clear(&mut self, now: Instant) -> usize {
         let thrown = self.len();
         self.filler = GapFiller::default();
@@ -161,28 +160,28 @@ impl Sequencer {
         thrown
     }
 
-    /// Does the publisher owe samples? Those that wait for them are not late for want of speed.
+    /// Whether a reply of the publisher is pending. Samples that wait for it do not indicate overload.
     #[must_use]
     pub fn is_owed(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// Is nothing waiting?
+    /// Whether no samples are waiting.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// How many samples wait.
+    /// The number of waiting samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.filler.held().len() + self.waiting.len()
     }
 
-    /// What is to be done next, `last` being the latest sample diagnosed.
+    /// The next action, given the latest sample diagnosed.
     pub fn next(&mut self, last: Option<(RunId, Step)>, now: Instant) -> Option<SequencerStep> {
         while let Some(due) = self.filler.due() {
-            // The diagnoser counts the steps that are lost.
+            // The diagnoser counts lost steps.
             if let Due::Item(_, arrival) = due {
                 return Some(SequencerStep::Process(arrival));
             }
@@ -202,7 +201,7 @@ impl Sequencer {
         Some(SequencerStep::Fetch(question))
     }
 
-    /// Is there time to look back?
+    /// Whether there is time to recover samples.
     fn may_ask(&self, front: &ReceivedSample, now: Instant) -> bool {
         let ready = self.replied.map_or(front.received, |replied| replied.max(front.received));
         let hurry = now.duration_since(ready) >= HURRY;
@@ -224,7 +223,7 @@ impl Sequencer {
             }
             _ => oldest,
         };
-        // The greatest number is that of no step.
+        // The greatest number does not denote a step.
         (from < step && step.0 < u64::MAX).then(|| SampleQuestion { run, from, to: step.minus(1) })
     }
 }

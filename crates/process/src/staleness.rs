@@ -1,13 +1,13 @@
-//! Whether samples arrive: missing samples are not evidence of health.
+//! Detects whether samples arrive: without samples, health is unknown.
 
 use std::time::{Duration, Instant};
 
 use vocabulary::ModulePhase;
 
-/// Why nothing is known right after the start.
+/// The reason for the unknown state right after the start.
 pub const NO_SAMPLE_YET: &str = "no sample received yet";
 
-/// Monitors sample arrival and changes of the phase.
+/// Monitors the arrival of samples and changes of phase.
 #[derive(Debug)]
 pub struct Staleness {
     stale_after: Duration,
@@ -17,19 +17,19 @@ pub struct Staleness {
 }
 
 impl Staleness {
-    /// Samples are missing after this time without one.
+    /// Samples count as missing after this time without one.
     #[must_use]
     pub fn new(stale_after: Duration) -> Self {
         Self { stale_after, latest: None, stale: false, published: None }
     }
 
-    /// A sample was diagnosed.
+    /// Records that a sample was diagnosed.
     pub fn sample(&mut self, now: Instant) {
         self.latest = Some(now);
         self.stale = false;
     }
 
-    /// Checks whether samples have stopped; returns whether they have just now.
+    /// Checks whether samples have stopped; returns true the first time.
     pub fn look(&mut self, now: Instant) -> bool {
         let silent =
             self.latest.is_some_and(|latest| now.duration_since(latest) >= self.stale_after);
@@ -38,7 +38,7 @@ impl Staleness {
         begins
     }
 
-    /// Have samples stopped?
+    /// Whether samples have stopped.
     #[must_use]
     pub fn is_stale(&self) -> bool {
         self.stale
@@ -50,7 +50,7 @@ impl Staleness {
         if self.stale { ModulePhase::Stale } else { diagnosed }
     }
 
-    /// The phase published before, if `phase` differs from it; `phase` is then recorded as published.
+    /// If `phase` differs from the phase published before, records it as published and returns the former one.
     pub fn change_to(&mut self, phase: ModulePhase) -> Option<Option<ModulePhase>> {
         if self.published == Some(phase) {
             return None;
@@ -58,7 +58,7 @@ impl Staleness {
         Some(self.published.replace(phase))
     }
 
-    /// Why it is in this phase.
+    /// The reason for this phase.
     #[must_use]
     pub fn reason(&self, phase: ModulePhase, refusals: &RecentRefusals, now: Instant) -> String {
         let without_samples = matches!(phase, ModulePhase::Waiting | ModulePhase::Stale);
@@ -79,10 +79,10 @@ impl Staleness {
     }
 }
 
-/// RecentRefusals are counted by spans of this length.
+/// Refusals are counted over periods of this length.
 const SPAN: Duration = Duration::from_secs(1);
 
-/// The latest samples that arrived and were not used: the reason why nothing is known.
+/// Recently refused samples: the reason for an unknown state.
 #[derive(Debug, Default)]
 pub struct RecentRefusals(Option<LatestRefusal>);
 
@@ -96,14 +96,14 @@ struct LatestRefusal {
 }
 
 impl RecentRefusals {
-    /// A sample was refused.
+    /// Records a refused sample.
     pub fn note(&mut self, reason: String, now: Instant) {
         let latest = self.0.get_or_insert_with(|| LatestRefusal::begins(now));
         latest.count(now);
         latest.reason = reason;
     }
 
-    /// Why samples have been refused within the last `span`, and how many in a second.
+    /// The reason for refusals within the last `span`, and their rate per second.
     #[must_use]
     pub fn present(&self, now: Instant, span: Duration) -> Option<String> {
         let latest = self.0.as_ref().filter(|latest| now.duration_since(latest.at) < span)?;

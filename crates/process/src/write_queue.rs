@@ -1,8 +1,8 @@
-//! What is to be written to the journal, and for how long a fault waits for the disk before it is published: it is on the
-//! disk first, unless the disk is broken.
+//! The queue of journal records, and how long a fault waits for the disk before it is published: it is durable first,
+//! unless the disk fails.
 //!
-//! The time limit is that of the oldest record that the disk has not answered for. So a disk that hangs holds up the
-//! first batch of records, and none after it.
+//! The time limit starts with the oldest record that the disk has not confirmed. A hanging disk therefore delays the
+//! first batch of records only.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -11,52 +11,52 @@ use vocabulary::JournalStatus;
 
 use crate::record::{JournalRecord, WatchedSteps};
 
-/// A disk that has not answered for this long hangs.
+/// A disk that does not answer for this long is considered hung.
 const DEADLINE: Duration = Duration::from_secs(1);
-/// Records that may wait for a disk that hangs. What those before them say of the present state is in the
-/// [`ComponentStore`](crate::ComponentStore), which a new file begins with.
+/// Records that may wait for a hanging disk. The present state that dropped records describe is in the
+/// [`ComponentStore`](crate::ComponentStore), with which a new file begins.
 const MAX_WAITING: usize = 4096;
 
-/// What is written in one go.
+/// A batch to be written at once.
 #[derive(Debug, Default)]
 pub struct WriteBatch {
     /// The records, oldest first.
     pub records: Vec<JournalRecord>,
-    /// How far the module had watched when it handed these records in.
+    /// The steps watched by the module when it queued these records.
     pub watch: Option<WatchedSteps>,
-    /// How many records found no room.
+    /// The number of records dropped because the queue was full.
     pub dropped: u64,
 }
 
-/// Records on their way to the thread that writes them.
+/// Records queued for the thread that writes them.
 #[derive(Debug, Default)]
 pub struct WriteQueue {
     waiting: VecDeque<JournalRecord>,
-    /// When the oldest of them was handed in.
+    /// When the oldest of them was queued.
     waiting_since: Option<Instant>,
     watch: Option<WatchedSteps>,
     dropped: u64,
-    /// Since when the thread has been writing, and when the oldest record that it is writing was handed in.
+    /// When the present write started, and when the oldest record in it was queued.
     writing_since: Option<Instant>,
     oldest_written: Option<Instant>,
-    /// Records handed in so far; of these, so many the disk has answered for, and so many it has.
+    /// Numbers of records: queued so far, taken for writing, answered by the disk, and durable.
     handed_in: u64,
     taken: u64,
     answered: u64,
     durable: u64,
     status: JournalStatus,
-    /// That the disk hangs has been noted.
+    /// Whether the hang of the disk was reported.
     hang_noted: bool,
 }
 
 impl WriteQueue {
-    /// A queue that begins with this status of the journal.
+    /// A queue with this initial status of the journal.
     #[must_use]
     pub fn new(status: JournalStatus) -> Self {
         Self { status, ..Self::default() }
     }
 
-    /// Hands in records, and how far the module has watched by now. Returns the ticket by which the disk's answer is known.
+    /// Queues records, and the steps watched so far. Returns the ticket that tells whether they are durable.
     pub fn hand_in(
         &mut self,
         records: impl IntoIterator<Item = JournalRecord>,
@@ -83,13 +83,13 @@ impl WriteQueue {
         self.handed_in + 1
     }
 
-    /// Is there nothing to be written?
+    /// Whether there is nothing to write.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.waiting.is_empty() && self.watch.is_none()
     }
 
-    /// All that is to be written.
+    /// Takes everything to be written.
     pub fn take(&mut self, now: Instant) -> WriteBatch {
         self.taken = self.handed_in;
         self.oldest_written = self.waiting_since.take();
@@ -101,8 +101,8 @@ impl WriteQueue {
         }
     }
 
-    /// The disk has answered: whether it has everything so far, and how the journal is. Returns how long it hung, if that
-    /// was noted.
+    /// Records the result of a write: whether everything up to now is durable, and the status of the journal. Returns
+    /// how long the disk hung, if that was reported.
     pub fn settle(
         &mut self,
         durable: bool,
@@ -120,34 +120,34 @@ impl WriteQueue {
         std::mem::take(&mut self.hang_noted).then_some(hung)
     }
 
-    /// Whether the disk has what was handed in by the time of a ticket; `None` while that is to be waited for, for as long
-    /// as [`left`](Self::left) says.
+    /// Whether everything queued up to a ticket is durable; `None` while the caller should wait, for the time given by
+    /// [`left`](Self::left).
     #[must_use]
     pub fn answer(&self, ticket: u64, now: Instant) -> Option<bool> {
         let is_over = self.answered >= ticket || self.left(now).is_zero();
         is_over.then(|| self.has(ticket))
     }
 
-    /// How long an answer of the disk is still waited for.
+    /// How much longer to wait for the disk.
     #[must_use]
     pub fn left(&self, now: Instant) -> Duration {
         let oldest = self.oldest_written.or(self.waiting_since);
         oldest.map_or(Duration::ZERO, |since| (since + DEADLINE).saturating_duration_since(now))
     }
 
-    /// Whether the disk has what was handed in by the time of a ticket.
+    /// Whether everything queued up to a ticket is durable.
     #[must_use]
     pub fn has(&self, ticket: u64) -> bool {
         self.durable >= ticket
     }
 
-    /// Notes that the disk hangs, if it has not answered for a ticket. Returns the time limit the first time.
+    /// Records that the disk did not answer for a ticket. Returns the time limit the first time.
     pub fn note_hang(&mut self, ticket: u64) -> Option<Duration> {
         let hangs = self.answered < ticket;
         (hangs && !std::mem::replace(&mut self.hang_noted, true)).then_some(DEADLINE)
     }
 
-    /// How the journal is.
+    /// The status of the journal.
     #[must_use]
     pub fn status(&self, now: Instant) -> JournalStatus {
         let mut status = self.status.clone();

@@ -1,4 +1,4 @@
-//! The certificate that a process authenticates with, and whether it is the right one.
+//! The certificate of a process, and checks that it is the right one.
 
 use std::path::PathBuf;
 
@@ -11,14 +11,14 @@ use crate::zenoh_file;
 use crate::zenoh_settings::settings;
 
 impl Network {
-    /// The files that the process authenticates with, if any.
+    /// The certificate files of the process, if any.
     #[must_use]
     pub fn identity(&self) -> Option<Identity> {
         self.tls.as_deref().map(credentials::identity)
     }
 
-    /// The operator whose certificate the process shows, if it is one's: that of a directory, or the one that a file of
-    /// Zenoh's settings names. One that cannot be read is found wrong elsewhere.
+    /// The operator in the certificate of the process, if it belongs to an operator; the certificate comes from a
+    /// directory or from a file named in Zenoh's settings. An unreadable one is reported by the checks.
     #[must_use]
     pub fn operator(&self) -> Option<OperatorName> {
         let settings = settings(self).ok()?;
@@ -31,7 +31,7 @@ impl Network {
         }
     }
 
-    /// What is wrong with the certificates at this time of day and would be right at another one.
+    /// Problems of the certificates that depend on the time.
     #[must_use]
     pub fn problems_of_time(&self) -> Vec<IdentityProblem> {
         let mut problems = self.problems(None);
@@ -39,28 +39,28 @@ impl Network {
         problems
     }
 
-    /// The same as mistakes.
+    /// Likewise, as configuration errors.
     ///
     /// # Errors
-    /// A certificate that is expired or not yet valid.
+    /// A certificate that has expired or is not yet valid.
     pub fn check_time(&self) -> Result<(), ConfigErrors> {
         let mut errors = ConfigErrors(Vec::new());
         errors.0.extend(self.problems_of_time().into_iter().map(mistake));
         errors.or(())
     }
 
-    /// Checks the certificates for what is wrong at any time of day, whatever the process.
+    /// Checks the certificates for problems that do not depend on the time or on the process.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// Problems of the certificates.
     pub fn check_certificates(&self) -> Result<(), ConfigErrors> {
         let problems = self.problems(None).into_iter();
         let lasting = problems.filter(|problem| !problem.wrong.passes()).map(mistake);
         ConfigErrors(lasting.collect()).or(())
     }
 
-    /// Checks the certificates for what is wrong at any time of day: a process that is started before
-    /// the clock is set must not give up.
+    /// Checks the certificates for problems that do not depend on the time, because a process that starts before the
+    /// clock is set must not give up.
     pub fn check_identity(
         &self,
         holder: &Holder,
@@ -90,13 +90,13 @@ impl Network {
         }
     }
 
-    /// What is wrong with the certificates that the process itself or its file of Zenoh settings names.
+    /// Problems of the certificates that the configuration or its file of Zenoh settings names.
     fn problems(&self, expected: Option<&CommonName>) -> Vec<IdentityProblem> {
         let listening: Vec<Address> = self.listen.iter().filter_map(|text| host(text)).collect();
         if let Some(identity) = self.identity() {
             return identity.problems(expected, &listening);
         }
-        // A file that cannot be read is reported elsewhere.
+        // Another check reports a file that cannot be read.
         let settings = self.zenoh.as_deref().and_then(|file| zenoh_file::from_file(file).ok());
         let identities = settings.map(|config| zenoh_file::identities(&config)).unwrap_or_default();
         let all = identities.iter().flat_map(|identity| identity.problems(expected, &[]));
@@ -106,12 +106,12 @@ impl Network {
 
 const TLS: &str = "tls/";
 
-/// The part of an endpoint behind the protocol.
+/// The part of an endpoint after the protocol.
 fn address_part(endpoint: &str) -> &str {
     endpoint.split_once('/').map_or(endpoint, |(_, address)| address)
 }
 
-/// The host of a TLS endpoint, if it is a certain one.
+/// The host of a TLS endpoint, unless it is a wildcard.
 fn host(endpoint: &str) -> Option<Address> {
     let (host, _) = endpoint.strip_prefix(TLS)?.rsplit_once(':')?;
     let address = host.trim_start_matches('[').trim_end_matches(']').parse().ok()?;
@@ -119,7 +119,7 @@ fn host(endpoint: &str) -> Option<Address> {
     (!anywhere).then_some(address)
 }
 
-/// A problem of a certificate among the mistakes of configurations.
+/// Converts a problem of a certificate into a configuration error.
 #[must_use]
 pub fn mistake(problem: IdentityProblem) -> ConfigError {
     ConfigError { file: problem.file, line: None, problem: problem.wrong.to_string() }

@@ -1,12 +1,12 @@
-//! A process's place on the network: the table `[network]` with its flags, and the session that follows from it.
+//! The network connection of a process: the table `[network]` with its flags, and the resulting session.
 //!
 //! | file | what |
 //! |---|---|
-//! | `network` | where to listen and connect, as file and flags have it |
-//! | `identity` | the certificate that it authenticates with, and whether it is the right one |
+//! | `network` | endpoints to listen on and connect to, from file and flags |
+//! | `identity` | the certificate of the process, and checks of it |
 //! | `zenoh_file` | a file of Zenoh's own settings |
-//! | `zenoh_settings` | what all this means for Zenoh, and how long a message may be that is received |
-//! | `session` | opened and closed; why there is none |
+//! | `zenoh_settings` | the resulting Zenoh configuration, and the longest message received |
+//! | `session` | opens and closes sessions |
 //! | `loopback` | free ports of this machine, for demo and tests |
 
 mod identity;

@@ -1,10 +1,9 @@
-//! Ports of this machine for processes that are to find each other on it.
+//! Reserves ports of this machine for processes that connect to each other.
 //!
-//! A port that the kernel gave away a moment ago is not free for long: it comes from the range that
-//! outgoing connections take theirs from, and those are made all the time by clients that retry a
-//! process that does not listen yet. So these are from outside that range; and each is claimed until
-//! this process ends, by a name that only one socket can have and that, like a port, belongs to a
-//! network namespace.
+//! A port assigned by the kernel is not free for long: it comes from the range of outgoing connections, and clients
+//! that retry a process that does not listen yet make those all the time. Reserved ports are therefore outside that
+//! range. Each is claimed until this process ends by an abstract socket name, which is exclusive and, like a port,
+//! belongs to a network namespace.
 
 use std::fs;
 use std::io;
@@ -15,17 +14,17 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 
 use parking_lot::Mutex;
 
-/// Lower ones are better known.
+/// Lower ports are more likely to be in use by well-known services.
 const LOWEST: u16 = 10_000;
 
-/// What the kernel's own range is unless it was changed, and the file that states it.
+/// The kernel's default range for outgoing connections, and the file that states the actual one.
 const OUTGOING: Range<u16> = 32_768..61_000;
 const OUTGOING_FILE: &str = "/proc/sys/net/ipv4/ip_local_port_range";
 
-/// What this process has claimed.
+/// The claims of this process.
 static CLAIMS: Mutex<Vec<UnixDatagram>> = Mutex::new(Vec::new());
 
-/// Endpoints on ports of their own, for processes that this one starts.
+/// Endpoints on reserved ports, for processes started by this one.
 ///
 /// # Errors
 /// No ports are left.
@@ -35,19 +34,18 @@ pub fn endpoints<const COUNT: usize>() -> io::Result<[String; COUNT]> {
     Ok([(); COUNT].map(|()| format!("tcp/127.0.0.1:{}", ports.next().unwrap_or_default())))
 }
 
-/// This many consecutive free ports. They belong to this process, and to those that it
-/// starts, until it ends.
+/// Reserves this many consecutive free ports until this process ends; processes started by it may use them.
 ///
 /// # Errors
 /// No such ports are left.
 pub fn reserve(count: u16) -> io::Result<Range<u16>> {
     let ports = outside(outgoing());
     let blocks = ports.len() as u32 / u32::from(count.max(1));
-    // Processes that look at the same time begin in different places.
+    // Processes that search at the same time start at different positions.
     let start = std::process::id().wrapping_mul(7919);
     for turn in 0..blocks {
         let block = start.wrapping_add(turn) % blocks;
-        // A block begins inside the range, whose ends are ports.
+        // Fits a port number, because the block begins within the range.
         let first = ports.start + block as u16 * count;
         if let Some(claims) = claim(first..first + count) {
             CLAIMS.lock().extend(claims);
@@ -59,7 +57,7 @@ pub fn reserve(count: u16) -> io::Result<Range<u16>> {
     Err(io::Error::new(io::ErrorKind::AddrNotAvailable, missing))
 }
 
-/// All of them, or none.
+/// Claims all ports or none.
 fn claim(mut ports: Range<u16>) -> Option<Vec<UnixDatagram>> {
     ports.try_fold(Vec::new(), |mut claims, port| {
         let name = SocketAddr::from_abstract_name(format!("trusswatch/port/{port}")).ok()?;
@@ -69,7 +67,7 @@ fn claim(mut ports: Range<u16>) -> Option<Vec<UnixDatagram>> {
     })
 }
 
-/// Where outgoing connections have their ports.
+/// The kernel's range for outgoing connections.
 fn outgoing() -> Range<u16> {
     let text = fs::read_to_string(OUTGOING_FILE).unwrap_or_default();
     let mut ends = text.split_whitespace().map_while(|end| end.parse::<u16>().ok());
@@ -79,8 +77,7 @@ fn outgoing() -> Range<u16> {
     }
 }
 
-/// The longer stretch beside the outgoing ports. Where they are everywhere there is no better place
-/// than among them.
+/// The longer range below or above the outgoing ports. If those cover all ports, their own range is the only choice.
 fn outside(outgoing: Range<u16>) -> Range<u16> {
     let below = LOWEST..outgoing.start;
     let above = outgoing.end.max(LOWEST)..u16::MAX;

@@ -1,4 +1,4 @@
-//! Where a process listens and connects: the table `[network]`, its flags, and endpoints in both.
+//! Endpoints to listen on and connect to: the table `[network]` and its flags.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -9,14 +9,14 @@ use zenoh::config::EndPoint;
 
 use crate::zenoh_file;
 
-/// Peer of its neighbours, or client of a router.
+/// Connects to its neighbours as a peer, or to a router as a client.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// Connects directly to every configured endpoint.
     #[default]
     Peer,
-    /// Connects to a router, which passes everything on.
+    /// Connects to a router, which forwards all messages.
     Client,
 }
 
@@ -43,13 +43,13 @@ pub struct Network {
     pub lease_ms: Option<u32>,
 }
 
-/// What notices a loss soon, on a network of one site \[ms\].
+/// Detects a loss quickly on the network of one site \[ms\].
 pub const DEFAULT_LEASE_MS: u32 = 1000;
-/// Sensible leases \[ms\].
+/// Permitted leases \[ms\].
 pub const LEASES_MS: RangeInclusive<u32> = 200..=60_000;
 
 impl Network {
-    /// A peer that listens nowhere.
+    /// A peer that does not listen.
     #[must_use]
     pub fn peer_of(endpoints: &[String]) -> Self {
         Self { connect: endpoints.to_vec(), ..Self::default() }
@@ -67,14 +67,14 @@ impl Network {
         self.lease_ms.unwrap_or(DEFAULT_LEASE_MS)
     }
 
-    /// Adds what a command line says.
+    /// Adds endpoints and certificate from the command line.
     pub fn add(&mut self, flags: &NetworkFlags) {
         self.listen.extend_from_slice(&flags.listen);
         self.connect.extend_from_slice(&flags.connect);
         self.tls = flags.tls.clone().or(self.tls.take());
     }
 
-    /// Turns the file's path into one from here, and checks everything.
+    /// Resolves paths relative to the settings file, and checks all settings.
     pub fn check(&mut self, document: &SettingsFile, errors: &mut ConfigErrors) {
         let line = |key: &str| document.line(&["network", key]);
         for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
@@ -124,13 +124,13 @@ fn well_formed(text: &str) -> Result<String, EndpointError> {
     endpoint(text).map(|_| text.to_owned())
 }
 
-/// The protocols that Zenoh is built with here.
+/// The protocols that this build of Zenoh supports.
 const PROTOCOLS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 
-/// A text that names no place to listen or connect.
+/// An invalid endpoint.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
-    /// Not of the form.
+    /// The text does not have the form of an endpoint.
     #[error("`{text}` is no endpoint; write e.g. `tcp/127.0.0.1:7447`")]
     Form {
         /// The text.
@@ -144,10 +144,10 @@ pub enum EndpointError {
     },
 }
 
-/// Reads an endpoint, e.g. `tcp/127.0.0.1:7447`.
+/// Parses an endpoint, e.g. `tcp/127.0.0.1:7447`.
 ///
 /// # Errors
-/// Another form, or an unsupported protocol.
+/// The text does not have that form, or the protocol is not supported.
 pub fn endpoint(text: &str) -> Result<EndPoint, EndpointError> {
     let endpoint: EndPoint =
         text.parse().map_err(|_| EndpointError::Form { text: text.to_owned() })?;

@@ -1,4 +1,4 @@
-//! Sessions, opened as configured and closed in bounded time.
+//! Opens sessions as configured, and closes them in bounded time.
 
 use std::time::Duration;
 
@@ -16,17 +16,17 @@ pub enum NetworkError {
     File {
         /// The file.
         file: String,
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// Settings that Zenoh does not take.
+    /// A setting that Zenoh rejects.
     #[error("Zenoh does not take `{key}` = {value}: {reason}")]
     Setting {
         /// The setting.
         key: &'static str,
         /// Its value.
         value: String,
-        /// Why.
+        /// The cause.
         reason: String,
     },
     /// The port is in use, or the address does not exist.
@@ -34,29 +34,29 @@ pub enum NetworkError {
     Listen {
         /// The endpoints.
         endpoints: String,
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// No session for another reason.
+    /// The session could not be opened for another reason.
     #[error("no session can be opened ({endpoints}): {reason}")]
     Open {
-        /// Where to.
+        /// The endpoints.
         endpoints: String,
-        /// Why.
+        /// The cause.
         reason: String,
     },
 }
 
-/// Longest time that closing may take.
+/// Timeout of closing.
 const CLOSING: Duration = Duration::from_secs(2);
-/// For this long the last messages may be on their way: closing a link discards what the other side has not
-/// acknowledged, for it must not wait (`.cargo/config.toml`).
+/// Time for the last messages to be delivered: closing a link discards data that the other side has not acknowledged,
+/// because it must not block (`.cargo/config.toml`).
 const LAST_MESSAGES: Duration = Duration::from_millis(50);
 
-/// Opens a session. A peer does not wait for those it connects to; a client waits for its router.
+/// Opens a session. A peer does not wait for the peers it connects to; a client waits for its router.
 ///
 /// # Errors
-/// Settings that Zenoh does not take, or an endpoint that cannot be listened on.
+/// Zenoh rejects the settings, or an endpoint cannot be listened on.
 pub async fn open(network: &Network) -> Result<Session, NetworkError> {
     let config = settings(network)?;
     zenoh::open(config).await.map_err(|error| {
@@ -70,7 +70,7 @@ pub async fn open(network: &Network) -> Result<Session, NetworkError> {
     })
 }
 
-/// Closes a session, but not at any price.
+/// Closes a session, with a timeout.
 pub async fn close(session: &Session) {
     tokio::time::sleep(LAST_MESSAGES).await;
     match tokio::time::timeout(CLOSING, session.close()).await {

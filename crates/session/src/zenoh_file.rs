@@ -1,4 +1,4 @@
-//! A file of Zenoh's own settings, and single settings in it.
+//! Reads a file of Zenoh's own settings, and single settings in it.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use zenoh::Config;
 
 use crate::session::NetworkError;
 
-/// Zenoh's settings from a file. Paths of certificates and keys in it are relative to it.
+/// Reads Zenoh's settings from a file. Paths of certificates and keys in it are relative to the file.
 ///
 /// # Errors
 /// An invalid file of Zenoh settings.
@@ -33,7 +33,7 @@ pub(crate) const CONNECT_KEY: &str = "transport/link/tls/connect_private_key";
 const PATHS: [&str; 5] =
     [AUTHORITY, LISTEN_CERTIFICATE, LISTEN_KEY, CONNECT_CERTIFICATE, CONNECT_KEY];
 
-/// The identities that Zenoh's settings themselves name, for listening and for connecting.
+/// The certificates that Zenoh's settings name, for listening and for connecting.
 #[must_use]
 pub fn identities(config: &Config) -> Vec<Identity> {
     let file = |key| text(config, key).map(PathBuf::from);
@@ -50,7 +50,7 @@ pub fn identities(config: &Config) -> Vec<Identity> {
     found
 }
 
-/// A setting that is a text.
+/// A text setting.
 fn text(config: &Config, key: &str) -> Option<String> {
     serde_json::from_str(&config.get_json(key).ok()?).ok()
 }
@@ -59,7 +59,7 @@ pub(crate) fn json(path: &Path) -> String {
     serde_json::Value::from(path.to_string_lossy()).to_string()
 }
 
-/// The text of an error, without the places in Zenoh's source where it was raised.
+/// The text of an error, without the source locations in Zenoh.
 pub(crate) fn plain(error: &zenoh::Error) -> String {
     let text = error.to_string();
     let mut words = text.split(' ').peekable();

@@ -1,4 +1,4 @@
-//! Zenoh's settings for a process: those of its file, or ours; its endpoints, its certificate.
+//! Zenoh's configuration for a process, from its file or from trusswatch: endpoints, certificate, timeouts.
 
 use pki::Identity;
 use zenoh::Config;
@@ -10,22 +10,22 @@ use crate::zenoh_file::{
     set,
 };
 
-/// A blocking message that cannot be sent for this long closes the link, if it has this lease \[µs\].
+/// How long a blocking message may be delayed before it closes a link with this lease \[µs\].
 #[must_use]
 pub fn wait_before_close_us(lease_ms: u32) -> u64 {
     u64::from(lease_ms) * 1000 / 5
 }
-/// Longest time that opening a link may take \[ms\]. A handshake takes milliseconds, on a machine that starts fifty
-/// processes at once seconds. One that is given up at its very end leaves a link that one side never reads and that
-/// nobody closes: with 1 s a tenth of the pairs stayed apart, with 2 s a few on slower cores.
+/// Timeout for opening a link \[ms\]. A handshake takes milliseconds, but seconds on a machine that starts fifty
+/// processes at once. A handshake that times out at its very end leaves a link that one side never reads and neither
+/// side closes: with 1 s a tenth of the pairs stayed disconnected, with 2 s a few on slower cores.
 pub const OPENING_MS: u64 = 6000;
-/// Longest time that accepting a link may take \[ms\]. Nothing is gained by giving up before the other side,
-/// whose end ends this too.
+/// Timeout for accepting a link \[ms\]. Timing out before the other side gains nothing, and when the other side times
+/// out, this one ends too.
 pub const ACCEPTING_MS: u64 = 10_000;
-/// Zenoh's settings for a process.
+/// Zenoh's configuration for a process.
 ///
 /// # Errors
-/// An invalid file, or settings that Zenoh rejects.
+/// The file is invalid, or Zenoh rejects the settings.
 pub fn settings(network: &Network) -> Result<Config, NetworkError> {
     let mut config = match &network.zenoh {
         Some(file) => from_file(file)?,
@@ -46,7 +46,7 @@ pub fn settings(network: &Network) -> Result<Config, NetworkError> {
     Ok(config)
 }
 
-/// Authenticates to every peer, and requires every peer to authenticate.
+/// Configures mutual TLS: the process authenticates to every peer and requires the same of it.
 fn show(config: &mut Config, identity: &Identity) -> Result<(), NetworkError> {
     for (key, file) in [
         (AUTHORITY, &identity.authority),
@@ -68,7 +68,7 @@ fn show(config: &mut Config, identity: &Identity) -> Result<(), NetworkError> {
     Ok(())
 }
 
-/// Explicit endpoints only, quick to notice a loss and quick to come back.
+/// The default configuration: explicit endpoints only, fast detection of losses and fast reconnection.
 fn ours(mode: Mode, lease_ms: u32) -> Result<Config, NetworkError> {
     let mode = match mode {
         Mode::Peer => "\"peer\"",
@@ -98,20 +98,21 @@ fn ours(mode: Mode, lease_ms: u32) -> Result<Config, NetworkError> {
     Ok(config)
 }
 
-/// Longest message with everything around it \[bytes\], unless a file of Zenoh's settings says otherwise: four times
-/// what the longest one of ours may have (`vocabulary::MAX_MESSAGE_BYTES`), whatever Zenoh adds.
+/// Longest message received, including framing \[bytes\], unless a file of Zenoh's settings specifies another length:
+/// four times the longest message of trusswatch (`vocabulary::MAX_MESSAGE_BYTES`), which leaves room for Zenoh's
+/// overhead.
 ///
-/// Zenoh puts the parts of a message together before it looks at the key or at access control, so whoever can open
-/// a link can make a process keep an unfinished message of each priority. A message that is longer is dropped
-/// as soon as it is known to be, without a trace; the link stays.
+/// Zenoh reassembles a message before it looks at the key or at access control, so any client that can open a link can
+/// make a process keep an unfinished message of each priority. A message that exceeds the limit is dropped as soon as
+/// it does, without a log entry; the link stays.
 ///
-/// What is limited are the bytes of the message. Zenoh 1.10.2 keeps each part in the buffer that it was received in:
-/// a client made for it, which sends a byte at a time, still makes a process take thousands of times what it sends.
-/// There is no setting against that.
+/// The limit counts the bytes of the message. Zenoh 1.10.2 keeps each fragment in its receive buffer, so a malicious
+/// client that sends one byte at a time still makes a process allocate thousands of times what it sends. Zenoh has no
+/// setting against that.
 pub const LONGEST_MESSAGE_BYTES: usize = 4 << 20;
 const LONGEST_MESSAGE: &str = "transport/link/rx/max_message_size";
 
-/// Sets it where Zenoh's own default stands, 1 GiB; another length is the file's decision.
+/// Sets the limit if the length is Zenoh's default, 1 GiB; any other length was chosen in the file.
 fn limit_message_length(config: &mut Config) -> Result<(), NetworkError> {
     if config.get_json(LONGEST_MESSAGE).ok() == Config::default().get_json(LONGEST_MESSAGE).ok() {
         set(config, LONGEST_MESSAGE, &LONGEST_MESSAGE_BYTES.to_string())?;

@@ -1,4 +1,4 @@
-//! Settings files: TOML read into types, with every mistake at its line and all of them at once.
+//! Parses settings files: TOML into types; reports all errors at once, each with its line.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 use serde::de::DeserializeOwned;
 use toml::de::{DeTable, DeValue};
 
-/// A file's text, kept so that a mistake found later can still name its line.
+/// A file with its text, kept so that errors found later can name a line.
 #[derive(Debug, Clone)]
 pub struct SettingsFile {
     /// The file.
     pub file: PathBuf,
-    /// What it contains.
+    /// The content.
     pub text: String,
 }
 
@@ -19,17 +19,17 @@ impl SettingsFile {
     /// Reads a file.
     ///
     /// # Errors
-    /// A file that cannot be read.
+    /// The file cannot be read.
     pub fn read(file: &Path) -> Result<Self, ConfigErrors> {
         let text = std::fs::read_to_string(file)
             .map_err(|error| ConfigErrors::one(file, None, format!("cannot be read: {error}")))?;
         Ok(Self { file: file.to_owned(), text })
     }
 
-    /// The content as a type; a key that is unknown, missing or of the wrong type is an error.
+    /// Parses the content. A key that is unknown, missing or of the wrong type is an error.
     ///
     /// # Errors
-    /// The first mistake.
+    /// The first error.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigErrors> {
         toml::from_str(&self.text).map_err(|error| {
             let line = error.span().map(|span| line_at(&self.text, span.start));
@@ -37,7 +37,7 @@ impl SettingsFile {
         })
     }
 
-    /// The line of a key, given the tables it lies in; or that of the nearest of them.
+    /// The line of the key at this path of tables, or of the nearest enclosing table.
     #[must_use]
     pub fn line(&self, path: &[&str]) -> Option<usize> {
         let parsed = DeTable::parse(&self.text).ok()?;
@@ -55,7 +55,7 @@ impl SettingsFile {
         found
     }
 
-    /// A path that stands in this file, seen from where the file lies.
+    /// Resolves a path in this file relative to the file's directory.
     #[must_use]
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.file.parent().map_or_else(|| path.to_owned(), |folder| folder.join(path))
@@ -69,14 +69,14 @@ fn line_at(text: &str, offset: usize) -> usize {
 /// Problems quote the file, whose content is arbitrary.
 const LONGEST_PROBLEM: usize = 1000;
 
-/// One mistake.
+/// A configuration error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigError {
     /// The file.
     pub file: PathBuf,
-    /// Line in it, counted from 1, if known.
+    /// The line, counted from 1, if known.
     pub line: Option<usize>,
-    /// What is wrong and what would be right.
+    /// What is wrong, and what is expected.
     pub problem: String,
 }
 
@@ -92,31 +92,31 @@ impl fmt::Display for ConfigError {
 
 impl std::error::Error for ConfigError {}
 
-/// Every mistake that was found; at least one.
+/// All errors found; at least one when returned.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigErrors(pub Vec<ConfigError>);
 
 impl ConfigErrors {
-    /// One mistake.
+    /// A single error.
     pub fn one(file: &Path, line: Option<usize>, problem: impl fmt::Display) -> Self {
         let problem = vocabulary::quotation(&problem.to_string(), LONGEST_PROBLEM);
         Self(vec![ConfigError { file: file.to_owned(), line, problem }])
     }
 
-    /// `value` if nothing was found, else everything that was.
+    /// `value` if there are no errors.
     ///
     /// # Errors
-    /// Everything that was found.
+    /// All errors found.
     pub fn or<T>(self, value: T) -> Result<T, ConfigErrors> {
         if self.0.is_empty() { Ok(value) } else { Err(self) }
     }
 
-    /// One mistake more.
+    /// Adds an error.
     pub fn add(&mut self, file: &Path, line: Option<usize>, problem: impl fmt::Display) {
         self.0.extend(Self::one(file, line, problem).0);
     }
 
-    /// The value of a result, its mistakes being added to these.
+    /// The value of a result; its errors are added to these.
     pub fn collect<T>(&mut self, result: Result<T, ConfigErrors>) -> Option<T> {
         result.map_err(|errors| self.0.extend(errors.0)).ok()
     }

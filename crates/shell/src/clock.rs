@@ -1,8 +1,8 @@
-//! The time of day, for messages only: no decision depends on it.
+//! The time of day, for messages only; decisions must not depend on it.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Nanoseconds since 1970; 0 if the clock stands before that.
+/// Nanoseconds since 1970; 0 if the clock is set before that.
 #[must_use]
 pub fn unix_ns() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

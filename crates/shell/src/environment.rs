@@ -1,19 +1,17 @@
-//! What is to stand in the environment of a process that runs for long. The units, the image, the demo and
-//! the tests set it; started by hand without it, a process works, and logs what is missing.
+//! Environment variables for long-running processes. The units, the image, the demo and the tests set them; a process
+//! started by hand without them works, and logs those that are missing.
 //!
-//! - Eight threads for the network's reception, which wait for sockets and read them. Left to itself, the
-//!   network's library waits on one thread and reads on two others, so that each message switches to two threads,
-//!   and two callbacks that wait make a process deaf. Only an environment variable sets this.
-//! - Memory that goes back where it came from. The C library keeps a pool of memory for every few threads
-//!   and gives little of it back, so that a flood of messages leaves a process twice as large. With one pool,
-//!   and everything that is not in use given back, it grows by an eighth. With two, it grew now and then by
-//!   half: waiting questions hold the buffers that they came in, and what is allocated meanwhile settles
-//!   above them.
+//! - Eight receive threads for the network, which wait for sockets and read them. By default Zenoh waits on one thread
+//!   and reads on two others, so that each message wakes two threads, and two blocking callbacks stop all reception.
+//!   Only an environment variable changes this.
+//! - Memory is returned to the system. The GNU C library keeps a pool of memory for every few threads and returns
+//!   little of it, so that a flood of messages doubles the size of a process. With one pool and immediate return of
+//!   unused memory it grows by an eighth. With two pools it sometimes grew by half: pending queries hold the buffers
+//!   that they arrived in, and later allocations settle above them.
 
 use nix::sys::resource::{Resource, getrlimit, setrlimit};
 
-/// The variables with their values. The first is read by the network's library, the others by the GNU C
-/// library \[bytes\].
+/// The variables with their values. The first is read by Zenoh, the others by the GNU C library \[bytes\].
 const VARIABLES: [(&str, &str); 4] = [
     ("ZENOH_RUNTIME", "(net: (worker_threads: 8), rx: (handover: net))"),
     ("MALLOC_ARENA_MAX", "1"),
@@ -21,12 +19,12 @@ const VARIABLES: [(&str, &str); 4] = [
     ("MALLOC_MMAP_THRESHOLD_", "131072"),
 ];
 
-/// Those that are not set, for processes that this one starts.
+/// The variables that are not set, for processes started by this one.
 pub fn missing() -> impl Iterator<Item = (&'static str, &'static str)> {
     VARIABLES.into_iter().filter(|(name, _)| std::env::var_os(name).is_none())
 }
 
-/// Logs those that are not set.
+/// Logs the variables that are not set.
 pub(crate) fn log() {
     let missing: Vec<String> = missing().map(|(name, value)| format!("{name}={value}")).collect();
     if !missing.is_empty() {
@@ -34,14 +32,14 @@ pub(crate) fn log() {
     }
 }
 
-/// More than that many connections without a handshake would cost more memory than the shipped units grant.
+/// With more connections that have not completed a handshake, memory would exceed the limit in the shipped units.
 const DESCRIPTORS: u64 = 16_384;
 
-/// Raises the limit of open files and connections as far as the system allows and it is of use.
+/// Raises the limit of open files as far as the system allows, at most to [`DESCRIPTORS`].
 ///
-/// Systems allow few at first (1024 as a rule), for programs that cannot count further, and many more on request. A
-/// stranger who opens connections and sends nothing keeps each for as long as a handshake may take: with a thousand
-/// descriptors a thousand of them keep everybody out.
+/// Systems set a low soft limit (typically 1024) for programs that use `select`, and permit many more on request. A
+/// client that opens connections and sends nothing keeps each of them until the handshake times out: with a thousand
+/// descriptors, a thousand such connections lock out all others.
 pub(crate) fn raise_descriptor_limit() {
     let Ok((soft, hard)) = getrlimit(Resource::RLIMIT_NOFILE) else { return };
     let wanted = DESCRIPTORS.min(hard);

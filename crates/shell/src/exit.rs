@@ -1,4 +1,4 @@
-//! How a process ends.
+//! Exit codes and errors of a process.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -9,7 +9,7 @@ use vocabulary::printable_lines;
 
 use crate::health::HealthAddressError;
 
-/// What `--help` says about exit codes.
+/// The description of exit codes in `--help`.
 pub const EXIT_CODES: &str = "\
 Exit codes:
   0  done, or stopped by SIGTERM or SIGINT
@@ -18,7 +18,7 @@ Exit codes:
   3  the configuration is not valid
   4  the network cannot be used as configured (busy port, address that is not here)";
 
-/// Why a process ends otherwise than as intended.
+/// Why a process failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// Exit code 1.
@@ -27,7 +27,7 @@ pub enum Failure {
     /// Exit code 3.
     #[error(transparent)]
     Config(#[from] ConfigErrors),
-    /// Exit code 4, or 3 if it is the file of Zenoh's settings that is not valid.
+    /// Exit code 4, or 3 if the file of Zenoh's settings is invalid.
     #[error(transparent)]
     Network(#[from] NetworkError),
     /// Exit code 4.
@@ -46,17 +46,17 @@ impl Failure {
         }
     }
 
-    /// What could not be done while running, and why.
+    /// An operation that failed at run time, with the cause.
     pub fn running(what: &str, error: impl std::fmt::Display) -> Self {
         Failure::Running(format!("{what}: {error}"))
     }
 }
 
-/// Reports what went wrong, whatever the log filter, and ends with the right code.
+/// Reports the error, whatever the log filter, and returns the exit code.
 #[must_use]
 pub fn conclude(result: Result<(), Failure>) -> ExitCode {
     let Err(failure) = result else { return ExitCode::SUCCESS };
-    // If even standard error is gone, the exit code is all that is left.
+    // If standard error is closed, the exit code is the only report.
     let text = printable_lines(&failure.to_string());
     let _ = writeln!(std::io::stderr(), "error: {text}");
     ExitCode::from(failure.exit_code())

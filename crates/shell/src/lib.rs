@@ -1,13 +1,13 @@
-//! What every process shares around its work.
+//! Services common to all processes.
 //!
 //! | module | what |
 //! |---|---|
-//! | [`runtime`], [`shutdown`], [`opening`], [`exit`] | start, request to end, session meanwhile, exit code |
-//! | [`environment`] | variables that a process runs better with; as many connections as the system allows |
-//! | [`logging`] | to the journal of systemd or to standard error; clients that Zenoh refuses are logged, too |
+//! | [`runtime`], [`shutdown`], [`opening`], [`exit`] | start, shutdown, opening of the session, exit code |
+//! | [`environment`] | recommended environment variables; the limit of open files |
+//! | [`logging`] | to the systemd journal or standard error, including clients refused by Zenoh |
 //! | [`supervision`] | readiness, status, watchdog heartbeat |
-//! | [`health`] | the same and metrics over HTTP |
-//! | [`clock`], [`occurrences`] | times in messages; what happens often, logged seldom |
+//! | [`health`] | health and metrics over HTTP |
+//! | [`clock`], [`occurrences`] | times in messages; rate limiting of log messages |
 
 pub mod clock;
 pub mod environment;

@@ -1,21 +1,22 @@
-//! What happens often is logged seldom: at once, and from then on once a minute, with how often it happened meanwhile.
+//! Rate limiting of log messages: the first occurrence is logged at once, further ones once a minute with their count.
 
 use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-/// The time between two lines on the same.
+/// Interval between log messages of one kind.
 const AGAIN: Duration = Duration::from_secs(60);
 
-/// Counts occurrences of one kind and picks those worth a line in the log.
+/// Counts occurrences of one kind and decides which ones to log.
 #[derive(Debug, Default)]
 pub struct Occurrences {
-    /// When there was a line last, and how often it happened since.
+    /// The time of the latest log message, and the number of occurrences since.
     logged: Mutex<(Option<Instant>, u64)>,
 }
 
 impl Occurrences {
-    /// Counts one more. If that is worth a line, how many there were since the line before, this one included.
+    /// Counts an occurrence. If it is to be logged, returns the number since the latest log message, including this
+    /// one.
     pub fn note(&self, now: Instant) -> Option<u64> {
         let mut logged = self.logged.lock();
         let (latest, since) = &mut *logged;

@@ -1,12 +1,12 @@
-//! Opens a session for as long as the process is not asked to end.
+//! Opens a session, unless the process is asked to shut down first.
 
 use session::{Network, NetworkError};
 use zenoh::Session;
 
 use crate::shutdown::Shutdown;
 
-/// Opens a session, unless the end is asked for before there is one: a client waits for its router as
-/// long as it takes, and does so without yielding, hence the task of its own.
+/// Opens a session, unless shutdown is requested first. A client waits for its router without limit and blocks while
+/// doing so, hence a separate task.
 ///
 /// # Errors
 /// Those of [`session::open`].

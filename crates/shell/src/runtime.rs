@@ -1,4 +1,4 @@
-//! The runtime that a process runs on.
+//! The async runtime of a process.
 
 use std::any::Any;
 use std::cell::Cell;
@@ -11,18 +11,18 @@ use crate::exit::Failure;
 use crate::shutdown::{self, Shutdown, ShutdownFlags};
 use crate::supervision::scheduling;
 
-/// How long tasks may take to end when the process does.
+/// Timeout for tasks to end at shutdown.
 const ENDING: Duration = Duration::from_millis(500);
 
 thread_local! {
-    /// Whether a panic of this thread is caught and costs only the work at hand.
+    /// Whether a panic on this thread is caught and affects only the present work.
     static CONTAINED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a piece of work whose panic the process survives. It must leave nothing behind that others rely on.
+/// Runs work whose panic the process survives. The work must not leave inconsistent state behind.
 ///
 /// # Errors
-/// The panic's message.
+/// The message of the panic.
 pub fn contained<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     CONTAINED.set(true);
     let outcome = catch_unwind(AssertUnwindSafe(work));
@@ -36,11 +36,11 @@ fn message(panic: &(dyn Any + Send)) -> String {
     text.unwrap_or_else(|| "panic without a message".to_owned())
 }
 
-/// Runs a process until it ends; SIGTERM, SIGINT and what the flags say ask it to, and so does a panic of any thread,
-/// those of libraries included: whoever supervises the process starts it again.
+/// Runs a process until it ends. SIGTERM, SIGINT, the flags and a panic on any thread, including threads of libraries,
+/// request shutdown; after a panic the service manager restarts the process.
 ///
 /// # Errors
-/// What the process ends with, or what in it has failed; or there is no runtime.
+/// The process failed, a part of it panicked, or the runtime cannot be created.
 pub fn until_done<F>(
     flags: ShutdownFlags,
     process: impl FnOnce(Shutdown) -> F,
@@ -62,13 +62,13 @@ where
         .map_err(|error| Failure::running("cannot install signal handlers", error))?;
     end_on_panic(shutdown.clone());
     let outcome = end_of(|| runtime.block_on(process(shutdown.clone())), &shutdown);
-    // A task that never yields, like a session that waits for its router, must not keep the process.
+    // A task that never yields, e.g. a session waiting for its router, must not prevent the process from ending.
     runtime.shutdown_timeout(ENDING);
     outcome
 }
 
-/// How a process ended. What a panic elsewhere left behind, such as a poisoned lock of Zenoh's, may make this thread
-/// panic too while it closes the session: the first panic is the reason.
+/// The outcome of the process. After a panic elsewhere, e.g. because it poisoned a lock in Zenoh, this thread may panic
+/// as well while it closes the session: the first panic is reported.
 fn end_of(
     process: impl FnOnce() -> Result<(), Failure>,
     shutdown: &Shutdown,

@@ -1,30 +1,30 @@
-//! The request to end: from a signal, from the owner of a process that runs as a task, or because a part of it
-//! that it cannot do without has failed.
+//! Requests shutdown: on a signal, by the owner of a process that runs as a task, or because an essential part of the
+//! process failed.
 
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::{oneshot, watch};
 
-/// Whether a process is to end.
+/// The shutdown state of a process.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum End {
     NotYet,
     Requested,
-    /// Something has failed, for this reason.
+    /// A part failed, for this reason.
     Failed(String),
 }
 
-/// Asks every holder of the [`Shutdown`] to end, on request or when dropped.
+/// Requests shutdown of all holders of the [`Shutdown`], explicitly or when dropped.
 #[derive(Debug)]
 pub struct Trigger(watch::Sender<End>);
 
-/// Whether the end was requested.
+/// Observes whether shutdown was requested.
 #[derive(Debug, Clone)]
 pub struct Shutdown {
     end: watch::Receiver<End>,
     failing: watch::Sender<End>,
 }
 
-/// A trigger and what it triggers.
+/// A trigger and the shutdown that it controls.
 #[must_use]
 pub fn pair() -> (Trigger, Shutdown) {
     let (sender, end) = watch::channel(End::NotYet);
@@ -33,7 +33,7 @@ pub fn pair() -> (Trigger, Shutdown) {
 }
 
 impl Trigger {
-    /// Asks for the end.
+    /// Requests shutdown.
     pub fn pull(&self) {
         come_to(&self.0, End::Requested);
     }
@@ -46,24 +46,24 @@ impl Drop for Trigger {
 }
 
 impl Shutdown {
-    /// Waits until the end is asked for.
+    /// Waits until shutdown is requested.
     pub async fn requested(&mut self) {
-        // No error: this holds a sender.
+        // Cannot fail, because this holds a sender.
         let _ = self.end.wait_for(|end| *end != End::NotYet).await;
     }
 
-    /// Was the end asked for?
+    /// Whether shutdown was requested.
     #[must_use]
     pub fn is_requested(&self) -> bool {
         *self.end.borrow() != End::NotYet
     }
 
-    /// Asks for the end because something has failed. What fails while the process ends anyway is of no account.
+    /// Requests shutdown because of a failure. Failures after shutdown was requested are ignored.
     pub fn fail(&self, reason: String) {
         come_to(&self.failing, End::Failed(reason));
     }
 
-    /// Why the process had to end, if something has failed.
+    /// The failure that caused shutdown, if any.
     #[must_use]
     pub fn failure(&self) -> Option<String> {
         match &*self.end.borrow() {
@@ -73,7 +73,7 @@ impl Shutdown {
     }
 }
 
-/// The first reason stands.
+/// Keeps the first reason.
 fn come_to(sender: &watch::Sender<End>, end: End) {
     sender.send_if_modified(|present| {
         let is_first = *present == End::NotYet;
@@ -92,7 +92,7 @@ pub struct ShutdownFlags {
     pub end_with_stdin: bool,
 }
 
-/// A shutdown that SIGTERM, SIGINT and what the flags say trigger.
+/// A shutdown that is requested by SIGTERM, SIGINT and the flags.
 ///
 /// # Errors
 /// The handlers cannot be installed, or the thread that reads standard input cannot be started.
@@ -104,7 +104,7 @@ pub fn on_request(flags: ShutdownFlags) -> std::io::Result<Shutdown> {
     tokio::spawn(async move {
         let closed = async {
             match stdin {
-                // An error means that the reading thread is gone, with standard input.
+                // An error means that the reading thread has ended, as it does when standard input closes.
                 Some(closed) => drop(closed.await),
                 None => std::future::pending().await,
             }
@@ -120,12 +120,12 @@ pub fn on_request(flags: ShutdownFlags) -> std::io::Result<Shutdown> {
     Ok(shutdown)
 }
 
-/// Resolves when nothing more can come from standard input. A thread of its own waits for that, which
-/// keeps no process from ending as a task of the runtime would.
+/// Resolves when standard input is closed. A separate thread waits for that, because a blocking task of the runtime
+/// would keep the process from ending.
 fn end_of_stdin() -> std::io::Result<oneshot::Receiver<()>> {
     let (closed, receiver) = oneshot::channel();
     std::thread::Builder::new().name("stdin".into()).spawn(move || {
-        // Input is ignored; an error is an end too.
+        // Input is ignored; an error also counts as closing.
         let _ = std::io::copy(&mut std::io::stdin().lock(), &mut std::io::sink());
         let _ = closed.send(());
     })?;

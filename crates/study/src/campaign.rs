@@ -1,4 +1,4 @@
-//! What a campaign is: cases that are drawn, run, judged and summarised.
+//! Campaigns: cases that are drawn, run, judged and summarised.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -11,10 +11,10 @@ use crate::error::StudyError;
 use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
 
-/// What came of cases, by their number.
+/// The results of cases, by number.
 pub type Rows<R> = BTreeMap<u64, R>;
 
-/// Rows of the same kind together, in their order.
+/// Groups rows of the same kind, keeping their order.
 pub(crate) fn grouped<'a, R, K: Ord>(
     rows: impl IntoIterator<Item = &'a R>,
     kind: impl Fn(&R) -> K,
@@ -28,58 +28,58 @@ pub(crate) fn grouped<'a, R, K: Ord>(
 
 /// A campaign. The [engine](crate::Engine) runs its cases.
 pub trait Campaign: Sync {
-    /// What a case is an example of.
+    /// The kind of a case.
     type Kind: fmt::Display;
-    /// What came of a case: a line of the journal.
+    /// The result of a case: a line of the journal.
     type Row: Serialize + DeserializeOwned + Send;
-    /// What came of all.
+    /// The result of the campaign.
     type Summary: Serialize;
 
-    /// The systems that its cases are of; at least one.
+    /// The systems of its cases; at least one.
     fn systems(&self) -> &[System];
 
-    /// How many cases it has.
+    /// The number of cases.
     fn cases(&self) -> u64;
 
-    /// Which system a case is of, by its place, and which of that system's plants if it is commissioned beforehand.
-    /// Otherwise the case has a plant of its own.
+    /// The system of a case, by its position, and the number of the commissioned plant. Without a number the case has
+    /// its own plant.
     fn plant_of(&self, case: u64) -> (usize, Option<u64>);
 
     /// Draws a case. The plant is that of [`Self::plant_of`].
     ///
     /// # Errors
-    /// Nothing in the structure can have the fault.
+    /// No component of the structure can have the fault.
     fn draw(
         &self,
         number: u64,
         plant: Option<&CommissionedPlant>,
     ) -> Result<CampaignCase<Self::Kind>, StudyError>;
 
-    /// Runs a case, to its end or as far as need be, and judges what comes of it.
+    /// Runs a case, to its end or as long as necessary, and judges the result.
     ///
     /// # Errors
-    /// What the run fails with.
+    /// The run failed.
     fn judge(
         &self,
         case: &CampaignCase<Self::Kind>,
         run: &mut CaseRun,
     ) -> Result<Self::Row, StudyError>;
 
-    /// Sums up rows, which may be those of a part of the cases.
+    /// Summarises rows, which may be those of some of the cases.
     fn summarize(&self, rows: &Rows<Self::Row>) -> Self::Summary;
 
-    /// The summary as tables, and as sentences that stand below them.
+    /// The summary as tables, and sentences to be placed below them.
     fn tables(&self, rows: &Rows<Self::Row>, summary: &Self::Summary) -> (Vec<Table>, Vec<String>);
 
     /// The figures of a summary.
     ///
     /// # Errors
-    /// A structure that has not what a figure shows.
+    /// The structure lacks a component that a figure shows.
     fn figures(&self, _: &Self::Summary) -> Result<Vec<ReportFigure>, StudyError> {
         Ok(Vec::new())
     }
 
-    /// The healthy components that were named in a case although no campaign may ever name one: a defect of the
+    /// Healthy components that were named in a case although no campaign should ever name one: a defect of the
     /// diagnosis.
     fn defects(&self, _: &Self::Row) -> Vec<String> {
         Vec::new()

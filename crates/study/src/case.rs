@@ -1,44 +1,45 @@
-//! One run of a plant and its diagnosers: what is drawn of it, and how it goes.
+//! One run of a plant and its diagnosers: its random draw, and its course.
 
 use vocabulary::Step;
 
 use crate::error::StudyError;
 use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 
-/// Steps whose samples one diagnoser does not get.
+/// Steps whose samples do not reach one diagnoser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleGap {
-    /// Place of the diagnoser.
+    /// The index of the diagnoser.
     pub place: usize,
-    /// First step that it does not get.
+    /// The first step that is missing.
     pub from: Step,
-    /// First step that it gets again.
+    /// The first step that arrives again.
     pub until: Step,
-    /// It is restarted before that step, with what it had stored and the samples that the publisher still keeps.
+    /// Whether the diagnoser is restarted before that step, with its stored state and the samples that the publisher
+    /// still has.
     pub restarted: bool,
 }
 
-/// One run as it is drawn. It follows from the campaign's seed and its number alone.
+/// A drawn case, which is determined by the campaign's seed and its number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CampaignCase<K> {
     /// Its number in the campaign, from 0.
     pub number: u64,
-    /// What it is an example of.
+    /// Its kind.
     pub kind: K,
-    /// Seed of its wind, loads and noise, and of its plant if that is not commissioned beforehand.
+    /// Seed of its wind, loads and noise, and of its plant unless that was commissioned.
     pub seed: u64,
-    /// Its faults, in the order in which they begin.
+    /// Its faults, in the order of onset.
     pub faults: Vec<TimedFault>,
-    /// What diagnosers do not see.
+    /// Samples that do not reach diagnosers.
     pub gaps: Vec<SampleGap>,
-    /// So many of its latest samples the publisher keeps for diagnosers that are restarted.
+    /// Number of its latest samples that the publisher stores for restarted diagnosers.
     pub kept_samples: usize,
     /// Its length.
     pub steps: u64,
 }
 
 impl<K> CampaignCase<K> {
-    /// A case whose diagnosers see every sample.
+    /// A case in which diagnosers receive every sample.
     pub(crate) fn new(
         number: u64,
         kind: K,
@@ -50,14 +51,14 @@ impl<K> CampaignCase<K> {
     }
 }
 
-/// Sees the rig after every step, with what happened in it.
+/// Called after every step, with the rig and the events of the step.
 pub type Watch<'a> = &'a mut dyn FnMut(&Rig, &[RigEvent]) -> Result<(), StudyError>;
 
-/// A case while it runs.
+/// A running case.
 pub struct CaseRun<'a> {
     /// Plant and diagnosers.
     pub rig: Rig,
-    /// What happened so far, in order.
+    /// All events so far, in order.
     pub occurrences: Vec<RigEvent>,
     gaps: &'a [SampleGap],
     steps_left: u64,
@@ -65,16 +66,16 @@ pub struct CaseRun<'a> {
 }
 
 impl<'a> CaseRun<'a> {
-    /// Before its first step. The rig has the case's faults.
+    /// The state before the first step. The rig must have the case's faults.
     pub fn new<K>(case: &'a CampaignCase<K>, mut rig: Rig, watch: Watch<'a>) -> Self {
         rig.keep_samples(case.kept_samples);
         Self { rig, occurrences: Vec::new(), gaps: &case.gaps, steps_left: case.steps, watch }
     }
 
-    /// Goes on by one step; `false` if it was over.
+    /// Advances by one step; `false` if the case has ended.
     ///
     /// # Errors
-    /// A fault that does not fit the plant, or what the watch fails with.
+    /// A fault that does not fit the plant, or an error of the watch.
     pub fn step(&mut self) -> Result<bool, StudyError> {
         if self.steps_left == 0 {
             return Ok(false);
@@ -93,7 +94,7 @@ impl<'a> CaseRun<'a> {
         Ok(true)
     }
 
-    /// Goes on to its end.
+    /// Runs to the end.
     ///
     /// # Errors
     /// See [`Self::step`].
@@ -102,7 +103,7 @@ impl<'a> CaseRun<'a> {
         Ok(())
     }
 
-    /// What was declared faulty so far, in order.
+    /// The components declared faulty so far, in order.
     #[must_use]
     pub fn diagnosed(&self) -> Vec<Diagnosed> {
         self.occurrences.iter().filter_map(RigEvent::diagnosed).collect()

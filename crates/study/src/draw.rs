@@ -1,4 +1,4 @@
-//! Drawing components and faults at random.
+//! Draws components and faults at random.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -10,7 +10,7 @@ use vocabulary::{
 
 use crate::system::{System, generator};
 
-/// Draws what happens in one case.
+/// Draws the events of a case.
 pub(crate) struct Draw<'a> {
     pub(crate) system: &'a System,
     pub(crate) generator: ChaCha8Rng,
@@ -25,7 +25,7 @@ impl<'a> Draw<'a> {
         self.generator.random_range(from..=to)
     }
 
-    /// As likely between 1 and 2 as between 10 and 20.
+    /// A log-uniformly distributed value.
     pub(crate) fn log_uniform(&mut self, [from, to]: [f64; 2]) -> f64 {
         self.uniform([from.ln(), to.ln()]).exp()
     }
@@ -38,7 +38,7 @@ impl<'a> Draw<'a> {
         all[self.generator.random_range(0..all.len())]
     }
 
-    /// A component that can have this kind of fault and is not among those `taken`, each as likely as the other.
+    /// A random component that can have this kind of fault and is not among those `taken`, all equally likely.
     pub(crate) fn component(
         &mut self,
         kind: FaultKind,
@@ -70,7 +70,7 @@ pub(crate) fn components_that_can_have(
     paths.filter(|path| path.component.kind() == kind.component_kind()).collect()
 }
 
-/// The fault of a kind with this size: area of a leak, dead band of a valve, gain, or offset, drift or increment of a
+/// A fault of a kind with this size: area of a leak, dead band of a valve, gain, or offset, drift or increment of a
 /// reading. Its other parameters are zero.
 pub(crate) fn fault_of_size(kind: FaultKind, size: f64) -> Fault {
     match kind {

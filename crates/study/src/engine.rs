@@ -1,4 +1,4 @@
-//! Runs the cases of any campaign: several at a time, those that are not done yet, until stopped.
+//! Runs the cases of any campaign in parallel, skipping those that are done, until stopped.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -14,24 +14,24 @@ use crate::parallel;
 use crate::rig::Rig;
 use crate::system::CommissionedPlant;
 
-/// What takes long.
+/// A lengthy piece of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EngineWork {
-    /// Commissioning plants, in snippets.
+    /// Commissioning of plants, in snippets.
     Commissioning,
     /// Cases.
     Cases,
 }
 
-/// Begins to report progress of so much work; what is returned is called whenever a piece is done.
+/// Starts a progress report on this much work; the returned function is called after every piece.
 pub type Begin<'a> = &'a dyn Fn(EngineWork, u64) -> Box<dyn Fn() + Sync>;
 
-/// How cases are run. What comes of them does not depend on it.
+/// How cases are run, which does not affect the results.
 #[derive(Clone, Copy)]
 pub struct Engine<'a> {
-    /// How many run at a time.
+    /// The number of parallel cases.
     pub jobs: usize,
-    /// Once it is set nothing new is begun.
+    /// Stops the engine: no new work is started once it is set.
     pub stop: &'a AtomicBool,
     /// Reports progress.
     pub begin: Begin<'a>,
@@ -41,10 +41,10 @@ pub struct Engine<'a> {
 pub(crate) type Plants = BTreeMap<(usize, u64), CommissionedPlant>;
 
 impl Engine<'_> {
-    /// Runs those of the cases that are not done yet, and adds them to those that are and to the journal.
+    /// Runs the cases that are not done yet, and adds them to the results and to the journal.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made, or a journal that cannot be written.
+    /// A plant or diagnosers cannot be created, or the journal cannot be written.
     pub fn run<C: Campaign>(
         &self,
         campaign: &C,
@@ -74,10 +74,10 @@ impl Engine<'_> {
         parallel::for_each(&missing, self.jobs, self.stop, work, keep)
     }
 
-    /// Runs one case and shows `watch` every step of it.
+    /// Runs one case and calls `watch` after every step.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made, or what `watch` fails with.
+    /// A plant or diagnosers cannot be created, or `watch` failed.
     pub fn watch<C: Campaign>(
         &self,
         campaign: &C,
@@ -88,7 +88,7 @@ impl Engine<'_> {
         run_case(campaign, case, &plants, watch)
     }
 
-    /// Commissions the plants of these cases one after the other, until stopped.
+    /// Commissions the plants of these cases one by one, until stopped.
     pub(crate) fn commission(
         &self,
         campaign: &impl Campaign,
@@ -141,17 +141,17 @@ pub(crate) fn prepare<C: Campaign>(
     Ok((case, rig?))
 }
 
-/// One of several parts of a campaign that run apart from each other.
+/// A part of a campaign that runs separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shard {
-    /// Which, from 0.
+    /// Its number, from 0.
     pub number: u64,
-    /// Of how many.
+    /// The number of parts.
     pub of: u64,
 }
 
 impl Shard {
-    /// Its cases of so many.
+    /// Its share of so many cases.
     #[must_use]
     pub fn cases(self, all: u64) -> Range<u64> {
         let end = |number: u64| (u128::from(all) * u128::from(number) / u128::from(self.of)) as u64;

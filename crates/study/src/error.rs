@@ -1,4 +1,4 @@
-//! What can go wrong in a study.
+//! Errors of studies.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use vocabulary::StructureName;
 
 use crate::rig::RigError;
 
-/// A study that cannot be made.
+/// Why a study failed.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// The plant.
@@ -16,21 +16,21 @@ pub enum StudyError {
     /// Parameters of the plant.
     #[error(transparent)]
     Parameters(#[from] ParameterErrors),
-    /// No component of the structure can have the fault that was drawn.
+    /// No component of the structure can have the drawn fault.
     #[error("the structure needs at least one actuator and one gage for its scenarios")]
     NothingToBreak,
-    /// The structure has not what a figure of the paper shows.
+    /// The structure lacks a component that a figure of the paper shows.
     #[error("structure `{structure}` has no {what}, which the figure needs")]
     Lacks {
         /// The structure.
         structure: StructureName,
-        /// What is missing, by its position.
+        /// The missing component, by its position.
         what: String,
     },
     /// A recording could not be written.
     #[error("cannot write the recording: {0}")]
     Write(#[from] std::io::Error),
-    /// It was stopped before the plant of a case was commissioned.
+    /// The study was stopped before the plant of a case was commissioned.
     #[error("interrupted")]
     Interrupted,
     /// A journal could not be written.
@@ -38,18 +38,18 @@ pub enum StudyError {
     File {
         /// The journal.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: std::io::Error,
     },
-    /// A journal that cannot be used.
+    /// A journal is not usable.
     #[error("`{}` {problem}", path.display())]
     Journal {
         /// The journal.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The problem.
         problem: String,
     },
-    /// A reference that cannot be made.
+    /// A reference cannot be learned.
     #[error(transparent)]
     Commissioning(#[from] diagnosis::state::CommissioningError),
     /// The rig.

@@ -1,9 +1,8 @@
-//! Recordings of runs: the residuals of every channel at every step, with the truth beside them.
+//! Recordings of runs: the residuals of every channel at every step, with the true faults.
 //!
-//! A recording is a table (CSV) with a header row. Columns: `step`; `fault`, the path of the component
-//! that is faulty at this step, or nothing; then one column for each component, named by its path, with
-//! its residual (\[N\] for an actuator, \[m\] for a gage). Numbers are written so that they are read back
-//! bit by bit.
+//! A recording is a table (CSV) with a header row. Columns: `step`; `fault`, the path of the component that is faulty
+//! at this step, or empty; then one column per component, named by its path, with its residual (\[N\] for an actuator,
+//! \[m\] for a gage). Numbers are written with full precision.
 
 use std::io::{self, Write};
 
@@ -25,11 +24,11 @@ pub struct RecordedChange {
     pub step: Step,
 }
 
-/// Runs a case, of scenarios or of any other campaign whose plants are not commissioned, and writes its recording.
-/// Returns what came of it, and every change that the diagnosers reported, in order.
+/// Runs a case of any campaign whose plants are not commissioned, and writes its recording. Returns its result, and
+/// every change that the diagnosers reported, in order.
 ///
 /// # Errors
-/// A plant or diagnosers that cannot be made, or what `out` fails with.
+/// A plant or diagnosers cannot be created, or writing to `out` failed.
 pub fn export<C: Campaign>(
     campaign: &C,
     number: u64,

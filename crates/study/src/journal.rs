@@ -1,5 +1,5 @@
-//! What is done of a campaign, on disk: lines of JSON in `cases.jsonl`. The first names the request; then one for each
-//! commissioned plant and for each case.
+//! Completed work of a campaign on disk: lines of JSON in `cases.jsonl`. The first line contains the request, followed
+//! by a line for each commissioned plant and each case.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -23,12 +23,12 @@ pub const FILE: &str = "cases.jsonl";
 /// Version of the format.
 const VERSION: u64 = 1;
 
-/// What is done of a campaign.
+/// The completed work of a campaign.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Done<R> {
     /// The plants that were commissioned, by system and number.
     pub plants: BTreeMap<(usize, u64), PlantRow>,
-    /// What came of the cases.
+    /// The results of the cases.
     pub rows: Rows<R>,
 }
 
@@ -38,7 +38,7 @@ impl<R> Default for Done<R> {
     }
 }
 
-/// What all cases of a journal have in common: its first line.
+/// The first line of a journal, which applies to all its cases.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CampaignHeader {
     v: u64,
@@ -47,7 +47,7 @@ pub struct CampaignHeader {
     pub campaign: Value,
     /// Hash of structure, plant, diagnosers and thresholds, 64 bits.
     fingerprint: String,
-    /// Which part of the cases it is for; all of them without.
+    /// The part of the cases that the journal is for; `None` for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<String>,
 }
@@ -61,11 +61,11 @@ enum JournalLine<P, R> {
 }
 
 impl CampaignHeader {
-    /// Of a campaign that was requested so.
+    /// The header for a campaign with this request.
     #[must_use]
     pub fn new(request: Value, campaign: &impl Campaign, shard: Option<String>) -> Self {
         let mut hasher = FnvHasher::default();
-        // Debug prints every bit of every figure, which is what a fingerprint needs.
+        // `Debug` prints all figures with full precision, as a fingerprint requires.
         hasher.write(format!("{:?}", campaign.systems()).as_bytes());
         Self {
             v: VERSION,
@@ -76,10 +76,10 @@ impl CampaignHeader {
         }
     }
 
-    /// The header of the journal in a directory.
+    /// Reads the header of the journal in a directory.
     ///
     /// # Errors
-    /// No journal, or one that cannot be read.
+    /// The journal does not exist, or cannot be read.
     pub fn of(directory: &Path) -> Result<Self, StudyError> {
         let path = directory.join(FILE);
         let text = fs::read_to_string(&path).map_err(|error| unreadable(&path, &error))?;
@@ -91,7 +91,7 @@ impl CampaignHeader {
         serde_json::from_str(first).map_err(|error| unreadable(path, &error))
     }
 
-    /// In what another request differs, if it does.
+    /// The difference from another request, if any.
     fn difference(&self, asked: &Self) -> Option<String> {
         let other = |what: &str, this: &dyn Display, asked: &dyn Display| {
             Some(format!("holds another request: {what} {this}, not {asked}"))
@@ -121,7 +121,7 @@ impl CampaignHeader {
     }
 }
 
-/// A journal that cases are added to.
+/// A journal open for adding cases.
 #[derive(Debug)]
 pub struct CampaignJournal {
     path: PathBuf,
@@ -129,10 +129,10 @@ pub struct CampaignJournal {
 }
 
 impl CampaignJournal {
-    /// Opens the journal in a directory, or begins it; returns what is done already.
+    /// Opens or creates the journal in a directory; returns the completed work.
     ///
     /// # Errors
-    /// A journal of another request, or one that cannot be read or written.
+    /// The journal is for another request, or cannot be read or written.
     pub fn open<R: DeserializeOwned>(
         directory: &Path,
         header: &CampaignHeader,
@@ -142,7 +142,7 @@ impl CampaignJournal {
         fs::create_dir_all(directory).map_err(io)?;
         let file = File::options().create(true).append(true).open(&path).map_err(io)?;
         let text = fs::read_to_string(&path).map_err(io)?;
-        // A last line without its end was being written when the program was stopped.
+        // An incomplete last line was being written when the program was stopped.
         let whole = text.rfind('\n').map_or(0, |end| end + 1);
         let done = if whole == 0 { Done::default() } else { parse(&path, &text[..whole], header)? };
         file.set_len(whole as u64).map_err(io)?;
@@ -156,7 +156,7 @@ impl CampaignJournal {
     /// Adds a case.
     ///
     /// # Errors
-    /// What the file fails with.
+    /// The file cannot be written.
     pub fn case(&mut self, case: u64, row: &impl Serialize) -> Result<(), StudyError> {
         self.write(&JournalLine::<(), _>::Case { case, row })
     }
@@ -164,7 +164,7 @@ impl CampaignJournal {
     /// Adds a plant of a system.
     ///
     /// # Errors
-    /// What the file fails with.
+    /// The file cannot be written.
     pub fn plant(&mut self, (system, _): (usize, u64), plant: &PlantRow) -> Result<(), StudyError> {
         self.write(&JournalLine::<_, ()>::Plant { system, plant })
     }
@@ -194,10 +194,10 @@ pub fn text<R: Serialize>(
     Ok(text)
 }
 
-/// What is done by the journals in these directories together, whichever shards they are of.
+/// The completed work in the journals in these directories, of any shards.
 ///
 /// # Errors
-/// A journal of another request than `header`'s, or one that cannot be read.
+/// A journal is for another request than `header`'s, or cannot be read.
 pub fn read_all<R: DeserializeOwned>(
     directories: &[PathBuf],
     header: &CampaignHeader,

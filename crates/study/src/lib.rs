@@ -1,5 +1,5 @@
-//! Campaigns in one process on a virtual clock: the same diagnosers as in the daemons, fed by the same
-//! plant, with questions answered at once.
+//! Campaigns in one process on a virtual clock: the same diagnosers and the same plant as in the daemons, with queries
+//! answered at once.
 
 mod calibration;
 mod campaign;

@@ -1,12 +1,11 @@
-//! Independent pieces of work, several at a time.
+//! Processes independent items in parallel.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use parking_lot::Mutex;
 
-/// Does `work` for every item, `jobs` at a time, in their order as far as that goes. `done` takes the
-/// results one at a time, in the order in which they come. Nothing new is begun once `stop` is set or
-/// `work` or `done` has failed.
+/// Calls `work` for every item, `jobs` at a time, approximately in order. `done` receives the results one at a time, as
+/// they become available. No new work is started once `stop` is set, or `work` or `done` has failed.
 ///
 /// # Errors
 /// The first error of `work` or `done`.

@@ -1,4 +1,4 @@
-//! A report in one HTML file: text, tables and figures, without scripts or anything from elsewhere.
+//! A report as a single HTML file: text, tables and figures, without scripts or external resources.
 
 use std::fmt::Write;
 
@@ -9,7 +9,7 @@ use crate::statistics::Interval95;
 pub struct StudyReport {
     /// Title.
     pub title: String,
-    /// What stands below the title, one entry a paragraph.
+    /// Paragraphs below the title.
     pub paragraphs: Vec<String>,
     /// Tables.
     pub tables: Vec<Table>,
@@ -17,16 +17,16 @@ pub struct StudyReport {
     pub figures: Vec<ReportFigure>,
 }
 
-/// A table of a report. A column in which every cell begins like a number is set flush right.
+/// A table of a report. Columns whose cells all begin with a number are right-aligned.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
     /// Title.
     pub title: String,
-    /// What needs to be said of the table; may be empty.
+    /// A note on the table; may be empty.
     pub note: String,
-    /// One entry a column.
+    /// The headings of the columns.
     pub heading: Vec<String>,
-    /// The rows, as long as the heading.
+    /// The rows, each with as many cells as the heading.
     pub rows: Vec<Vec<String>>,
 }
 
@@ -60,16 +60,16 @@ pub fn interval(Interval95(low, high): Interval95) -> String {
 /// A figure of a report.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportFigure {
-    /// Name of its file, without what follows the point.
+    /// Name of its file, without the extension.
     pub name: &'static str,
-    /// What it shows.
+    /// Its caption.
     pub caption: String,
-    /// An SVG document; goes into the page as it is.
+    /// An SVG document, inserted into the page unchanged.
     pub svg: String,
 }
 
-/// Quiet on screen, in either brightness, and on paper. Figures keep a white ground: their colours
-/// are made for it.
+/// Plain style for light and dark screens and for paper. Figures keep a white background, for which their colours were
+/// chosen.
 const STYLE: &str = "\
 :root { color-scheme: light dark; }
 body { font: 1rem/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; }
@@ -142,7 +142,7 @@ fn table(table: &Table) -> String {
     )
 }
 
-/// Does every cell of the column that says anything begin like a number?
+/// Whether every non-empty cell of the column begins with a number.
 fn is_numeric(table: &Table, column: usize) -> bool {
     let begins_like_one = |cell: &str| {
         let digits = cell.trim_start_matches(['-', '−', '+', '<', '>', '≤', '≥', '±', '≈', ' ']);
@@ -163,12 +163,12 @@ fn figure((number, figure): (usize, &ReportFigure)) -> String {
     )
 }
 
-/// An SVG document without what may only stand at the start of a file.
+/// An SVG document without its prolog, which is permitted only at the start of a file.
 fn without_prolog(svg: &str) -> &str {
     svg.find("<svg").and_then(|start| svg.get(start..)).unwrap_or(svg).trim_end()
 }
 
-/// Text as HTML shows it literally.
+/// Escapes text for HTML.
 fn escape(words: &str) -> String {
     words
         .replace('&', "&amp;")

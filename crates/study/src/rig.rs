@@ -11,12 +11,12 @@ use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
 use vocabulary::{ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
-/// A fault of a run.
+/// A fault in a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TimedFault {
     /// First step with the fault.
     pub at: Step,
-    /// First step without it again; `None` if it stays.
+    /// First step without the fault; `None` if it stays.
     pub until: Option<Step>,
     /// The component.
     pub component: ComponentPath,
@@ -24,7 +24,7 @@ pub struct TimedFault {
     pub fault: Fault,
 }
 
-/// Injects and clears what is due at `step`.
+/// Injects and clears the faults that are due at `step`.
 fn apply(faults: &[TimedFault], step: Step, plant: &mut Plant) -> Result<(), InjectError> {
     for fault in faults {
         if fault.until == Some(step) {
@@ -53,9 +53,9 @@ pub enum RigEvent {
         asker: ModuleName,
         /// The module that was asked.
         peer: ModuleName,
-        /// What.
+        /// The question.
         question: Question,
-        /// The changes that the answer named.
+        /// The changes in the answer.
         changes: Vec<Change>,
         /// The actuators that the peer declared faulty.
         actuator_faults: Vec<ActuatorFault>,
@@ -64,7 +64,7 @@ pub enum RigEvent {
     Identified {
         /// The module.
         module: ModuleName,
-        /// What it may be.
+        /// The possible kinds.
         identification: Box<IdentificationResult>,
     },
     /// A verdict changed.
@@ -93,7 +93,7 @@ impl RigEvent {
         Some((ComponentPath { module: module.clone(), component }, transition))
     }
 
-    /// What was declared faulty, if anything was.
+    /// The component declared faulty, if the event does so.
     #[must_use]
     pub fn diagnosed(&self) -> Option<Diagnosed> {
         let (component, transition) = self.transition()?;
@@ -103,29 +103,29 @@ impl RigEvent {
     }
 }
 
-/// Something that was declared faulty.
+/// A component that was declared faulty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosed {
     /// The component.
     pub component: ComponentPath,
     /// When its divergence reached its threshold.
     pub detection: Step,
-    /// As of which step the verdict was found.
+    /// The step as of which the verdict was found.
     pub decided: Step,
 }
 
-/// A rig that cannot be put together or driven.
+/// Why a rig cannot be created or advanced.
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
-    /// A diagnoser's setup cannot be right.
+    /// A diagnoser's setup is invalid.
     #[error("module `{module}`: {}", problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     Setup {
         /// The module.
         module: ModuleName,
-        /// What is wrong.
+        /// The problems.
         problems: Vec<SetupError>,
     },
-    /// The setups are not those of the plant's modules, one by one.
+    /// The setups do not match the plant's modules in number or order.
     #[error("diagnosers for `{setups}`, but the plant has `{plant}`; give them in this order")]
     Modules {
         /// Modules of the setups.
@@ -136,7 +136,7 @@ pub enum RigError {
     /// A fault does not fit the plant.
     #[error(transparent)]
     Inject(#[from] InjectError),
-    /// A stroke does not.
+    /// A stroke does not fit the plant.
     #[error(transparent)]
     StrokeTest(#[from] StrokeError),
 }
@@ -152,21 +152,21 @@ pub struct Rig {
     faults: Vec<TimedFault>,
     occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
-    /// Every question put so far, by token: asker, peer and question.
+    /// Every query so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, Question)>,
-    /// What each diagnoser has stored.
+    /// The stored state of each diagnoser.
     stores: Vec<StoredMemory>,
-    /// The latest samples of all modules, as the publisher keeps them; so many of them.
+    /// The latest samples of all modules stored by the publisher, and their maximum number.
     kept: VecDeque<Vec<Sample>>,
     keep: usize,
     identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
 
 impl Rig {
-    /// Puts a plant and diagnosers together; the setups are in the order of the plant's modules.
+    /// Creates a plant with diagnosers; the setups must be in the order of the plant's modules.
     ///
     /// # Errors
-    /// A setup that cannot be right, or setups of other modules than the plant's.
+    /// A setup is invalid, or belongs to another module than the plant's.
     pub fn new(
         plant: Plant,
         setups: Vec<ModuleSetup>,
@@ -211,7 +211,7 @@ impl Rig {
         &self.samples
     }
 
-    /// Lets a cylinder make a stroke, from the next step on.
+    /// Starts a stroke of a cylinder at the next step.
     ///
     /// # Errors
     /// See [`Plant::begin_stroke`].
@@ -220,12 +220,12 @@ impl Rig {
         Ok(())
     }
 
-    /// What happened so far, in order; forgets it.
+    /// Returns all events so far, in order, and clears them.
     pub fn take_occurrences(&mut self) -> Vec<RigEvent> {
         std::mem::take(&mut self.occurrences)
     }
 
-    /// Goes on for `steps` steps.
+    /// Advances by `steps` steps.
     ///
     /// # Errors
     /// A fault that does not fit the plant.
@@ -233,7 +233,7 @@ impl Rig {
         (0..steps).try_for_each(|_| self.step())
     }
 
-    /// Goes on by one step: every diagnoser takes its sample, then questions are answered.
+    /// Advances by one step: every diagnoser processes its sample, then queries are answered.
     ///
     /// # Errors
     /// A fault that does not fit the plant.
@@ -241,7 +241,7 @@ impl Rig {
         self.step_without(|_| false)
     }
 
-    /// Goes on by one step whose sample is lost on its way to some diagnosers, by their place.
+    /// Advances by one step whose sample is lost for some diagnosers, given by their index.
     ///
     /// # Errors
     /// A fault that does not fit the plant.
@@ -265,26 +265,25 @@ impl Rig {
         Ok(())
     }
 
-    /// Faults are identified from now on: their kind and size, which takes milliseconds each time.
+    /// Enables identification of faults: their kind and size, which takes milliseconds each time.
     pub fn identify(&mut self) {
         self.identify_by(identify);
     }
 
-    /// The same by another function.
+    /// Likewise with another function.
     pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
         self.identify = Some(identify);
     }
 
-    /// Keeps the latest `count` samples of each module for diagnosers that are restarted.
+    /// Stores the latest `count` samples of each module for restarted diagnosers.
     pub fn keep_samples(&mut self, count: usize) {
         self.keep = count;
     }
 
-    /// Restarts a diagnoser, by its place: it takes up what it had stored, and what is still kept of its
-    /// samples.
+    /// Restarts a diagnoser, given by its index, with its stored state and the samples that are still stored.
     ///
     /// # Errors
-    /// Its setup cannot be right.
+    /// Its setup is invalid.
     pub fn restart(&mut self, place: usize) -> Result<(), RigError> {
         let mut successor = diagnoser(self.setups[place].clone())?;
         successor.recall(self.stores[place].memory(&self.diagnosers[place]));
@@ -298,7 +297,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Carries out the actions of one diagnoser and whatever follows from them.
+    /// Carries out the actions of one diagnoser and their consequences.
     fn carry_out(&mut self, index: usize) {
         let mut pending: VecDeque<(usize, Action)> =
             self.actions.drain(..).map(|action| (index, action)).collect();
@@ -313,7 +312,7 @@ impl Rig {
         }
     }
 
-    /// What an action means for which diagnoser; records what the study needs.
+    /// Converts an action to an event for another diagnoser; records what the study needs.
     fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
         let module = self.diagnosers.get(actor)?.module().clone();
         self.stores[actor].note(&action);
@@ -377,18 +376,18 @@ impl Rig {
     }
 }
 
-/// What a diagnoser has stored, as a shell around it would.
+/// The state of a diagnoser as its process would store it.
 #[derive(Debug, Default)]
 struct StoredMemory {
     run: Option<RunId>,
-    /// Since when every channel has been watched.
+    /// The step since which every channel has been watched.
     watched_since: Option<Step>,
     /// Changes whose ratio is final.
     changes: Vec<Change>,
 }
 
 impl StoredMemory {
-    /// Takes what an action says.
+    /// Stores the effect of an action.
     fn note(&mut self, action: &Action) {
         match action {
             Action::RunEnded => *self = Self::default(),
@@ -399,7 +398,7 @@ impl StoredMemory {
         }
     }
 
-    /// What the successor of this diagnoser takes up.
+    /// The memory for the successor of this diagnoser.
     fn memory(&self, diagnoser: &Diagnoser) -> Memory {
         let watched = self.watched_since.zip(diagnoser.last_step());
         let components = diagnoser.components().iter();

@@ -1,7 +1,7 @@
 //! Quantiles, intervals of shares, delays.
 //!
-//! A quantile is a value that occurred; the three differ in which of two neighbours it is. What is published was computed
-//! by each of them, so all three stay.
+//! A quantile is one of the values; the three functions differ in which of two neighbours they choose. Published
+//! results were computed with each of them, so all three stay.
 
 use serde::Serialize;
 use statrs::distribution::{Beta, ContinuousCDF};
@@ -12,7 +12,7 @@ pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     sorted.get(rank.saturating_sub(1)).copied()
 }
 
-/// The value nearest to this share of the way from the first to the last; of two as near, the larger.
+/// The value nearest to this share of the range from the first to the last index; of two equally near, the larger.
 pub(crate) fn on_the_way<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     let last = sorted.len().checked_sub(1)?;
     sorted.get((share * last as f64).round() as usize).copied()
@@ -23,19 +23,19 @@ pub(crate) fn first_beyond<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
     sorted.get((share * sorted.len() as f64) as usize).copied()
 }
 
-/// An interval that covers the truth in at least 95 of 100 cases: lower and upper end.
+/// An interval that covers the true value in at least 95 of 100 cases: lower and upper end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval95(pub f64, pub f64);
 
-/// Nothing is known.
+/// The interval without observations.
 impl Default for Interval95 {
     fn default() -> Self {
         Self(0.0, 1.0)
     }
 }
 
-/// The interval of a share of which `part` of `all` is an observation (Clopper and Pearson 1934:
-/// exact, never too narrow). From 0 to 1 if nothing was observed.
+/// The interval of a share of which `part` of `all` is an observation (Clopper and Pearson 1934: exact, never too
+/// narrow). From 0 to 1 without observations.
 #[must_use]
 pub fn share_interval(part: u64, all: u64) -> Interval95 {
     let (part, rest) = (part as f64, all.saturating_sub(part) as f64);
@@ -45,26 +45,26 @@ pub fn share_interval(part: u64, all: u64) -> Interval95 {
     Interval95(lower.unwrap_or(0.0), upper.unwrap_or(1.0))
 }
 
-/// Delays in milliseconds; `None` if there were none. Quantiles are the nearest rank.
+/// Delays in milliseconds; `None` without delays. Quantiles are the nearest rank.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Delays {
-    /// Half of them take no longer.
+    /// The median.
     pub median: Option<f64>,
-    /// 95 of 100 take no longer.
+    /// The 95th percentile.
     pub p95: Option<f64>,
     /// The longest.
     pub max: Option<f64>,
 }
 
 impl Delays {
-    /// Of delays in steps of `step_s`.
+    /// The statistics of delays in steps of `step_s`.
     #[must_use]
     pub fn of(delays: impl Iterator<Item = u64>, step_s: f64) -> Self {
         let mut sorted: Vec<u64> = delays.collect();
         sorted.sort_unstable();
         let at = |share: f64| {
             let steps = nearest_rank(&sorted, share)?;
-            // A thousandth of a millisecond is finer than any step.
+            // Rounded to a microsecond, which is finer than any step.
             Some((steps as f64 * step_s * 1e3 * 1e3).round() / 1e3)
         };
         Self { median: at(0.5), p95: at(0.95), max: at(1.0) }

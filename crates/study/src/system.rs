@@ -15,26 +15,26 @@ use crate::commissioning::{PlantSite, SnippetPlan, usual_snippets};
 use crate::error::StudyError;
 use crate::rig::{Rig, TimedFault};
 
-/// Plants draw from streams of their own.
+/// Random stream of plants.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
-/// What each plant is commissioned with: snippets under its weather beside two strokes of each cylinder, no less than these
-/// and so many more than the values of a reference; their length, and the force of the strokes.
+/// The commissioning of each plant: snippets under its weather in addition to two strokes of each cylinder, at least
+/// this many, plus so many more than the values of a reference; their duration, and the force of the strokes.
 const LEAST_WEATHER_SNIPPETS: u64 = 40;
 const MORE_THAN_VALUES: u64 = 12;
 const SNIPPET_S: f64 = 12.0;
 const STROKE_N: f64 = 100e3;
 
-/// How a controller is tuned: no rule of the diagnosis may rest on what one controller demands.
+/// The tuning of a controller: rules of the diagnosis must not depend on the demands of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ControllerTuning {
-    /// As the plant's parameters have it.
+    /// The tuning in the plant's parameters.
     Shipped,
-    /// Ten times the weight of the effort, and gages taken for four times as noisy: demands hardly move.
+    /// Ten times the weight of the effort, and four times the noise assumed for gages: demands hardly move.
     Gentle,
-    /// A tenth of the effort's weight, and gages taken at their word: demands jump by tens of kilonewtons.
+    /// A tenth of the effort's weight, and the actual noise assumed for gages: demands jump by tens of kilonewtons.
     Aggressive,
-    /// The same with a sixth of the shipped limit: jumps end at it.
+    /// Like `Aggressive`, with a sixth of the shipped limit, at which jumps end.
     Saturating,
 }
 
@@ -53,7 +53,7 @@ impl ControllerTuning {
         }
     }
 
-    /// The same plant with this controller.
+    /// The parameters of the plant with this controller.
     fn of(self, parameters: &PlantParameters) -> PlantParameters {
         let mut other = parameters.clone();
         let (effort, gage_noise, limit) = match self {
@@ -75,10 +75,10 @@ impl fmt::Display for ControllerTuning {
     }
 }
 
-/// What the cases of a campaign have in common.
+/// The common properties of the cases of a campaign.
 #[derive(Debug, Clone)]
 pub struct System {
-    /// What it is called: its weather.
+    /// Its name: its weather.
     pub name: String,
     /// The structure as described.
     pub structure: Structure,
@@ -86,11 +86,11 @@ pub struct System {
     pub parameters: PlantParameters,
     /// The diagnosers, in the order of the structure's modules.
     pub setups: Vec<ModuleSetup>,
-    /// By how much each plant differs from its description; 0 for no mismatch.
+    /// The mismatch between each plant and its description; 0 for none.
     pub mismatch: f64,
-    /// The controllers that plants have in turn; none for the shipped one.
+    /// The controllers that plants use in turn; empty for the shipped one.
     pub controllers: Vec<ControllerTuning>,
-    /// What everything drawn follows from.
+    /// The seed of all random draws.
     pub seed: u64,
 }
 
@@ -107,7 +107,7 @@ pub struct CommissionedPlant {
     pub setups: Vec<ModuleSetup>,
 }
 
-/// A commissioned plant, and what its references can tell.
+/// A commissioned plant, and the capabilities of its references.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantRow {
     /// Name of its system.
@@ -120,18 +120,18 @@ pub struct PlantRow {
     pub references: Vec<ReferenceRow>,
 }
 
-/// What a reference can tell.
+/// The capabilities of a reference.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceRow {
     /// Its module.
     pub module: ModuleName,
-    /// Hours of healthy data that it was made from.
+    /// Hours of healthy data from which it was learned.
     pub hours: f64,
     /// Threshold of gages.
     pub gage_threshold: f64,
     /// Threshold of cylinders.
     pub cylinder_threshold: f64,
-    /// The largest statistics of snippets that were left out: alone, and with the peers.
+    /// The largest statistics of snippets left out in validation: alone, and with the peers.
     pub largest_left_out: [f64; 2],
 }
 
@@ -151,7 +151,7 @@ impl System {
         }
     }
 
-    /// Steps in so many seconds.
+    /// The number of steps in so many seconds.
     #[must_use]
     pub fn steps(&self, seconds: f64) -> u64 {
         (seconds / self.parameters.step_s).round() as u64
@@ -166,7 +166,7 @@ impl System {
         self.setups.iter().map(warm_up).max().unwrap_or(0)
     }
 
-    /// The parameters of a plant with this seed, by the controller that it has.
+    /// The parameters of a plant with this seed, which determines its controller.
     fn parameters(&self, seed: u64) -> PlantParameters {
         let count = self.controllers.len().max(1) as u64;
         let place = usize::try_from(seed % count).unwrap_or_default();
@@ -174,10 +174,10 @@ impl System {
         controller.of(&self.parameters)
     }
 
-    /// The rig of a run with a plant of its own, before its first step.
+    /// The rig of a run with its own plant, before its first step.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made.
+    /// A plant or diagnosers cannot be created.
     pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         let plant = plant(&self.structure, &self.parameters(seed), self.mismatch, seed)?;
         Ok(Rig::new(plant, self.setups.clone(), faults, RunId(seed))?)
@@ -192,7 +192,7 @@ impl System {
     /// Draws and commissions a plant, `jobs` snippets at a time. `done` is called after each.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made, or a reference.
+    /// A plant, diagnosers or a reference cannot be created.
     pub fn commission(
         &self,
         number: u64,
@@ -218,7 +218,7 @@ impl System {
         usual_snippets(&actuators, first_seed, self.weather_snippets(), SNIPPET_S, STROKE_N)
     }
 
-    /// Modules with many peers need more: their references have more values.
+    /// Modules with many peers need more snippets, because their references have more values.
     fn weather_snippets(&self) -> u64 {
         let values = |setup: &ModuleSetup| {
             let known = self.setups.iter().filter(|other| {
@@ -235,12 +235,12 @@ impl CommissionedPlant {
     /// The rig of a run, before its first step.
     ///
     /// # Errors
-    /// A plant or diagnosers that cannot be made.
+    /// A plant or diagnosers cannot be created.
     pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         Ok(Rig::new(self.site.plant(seed)?, self.setups.clone(), faults, RunId(seed))?)
     }
 
-    /// What its references can tell.
+    /// The capabilities of its references.
     #[must_use]
     pub fn row(&self, system: &System) -> PlantRow {
         let references = self.setups.iter().filter_map(|setup| {
@@ -257,7 +257,7 @@ impl CommissionedPlant {
         PlantRow { system, number: self.number, seed: self.seed, references }
     }
 
-    /// The smallest bias of a gage that its module's reference is stated to find, with its peers \[m/m\].
+    /// The smallest bias of a gage that its module's reference states as detectable, with its peers \[m/m\].
     pub(crate) fn smallest_bias_strain(&self, gage: &ComponentPath) -> f64 {
         let reference = |setup: &ModuleSetup| {
             let reference = setup.reference.as_ref()?;
@@ -271,14 +271,14 @@ impl CommissionedPlant {
     }
 }
 
-/// Random numbers that follow from a campaign's seed and the number of a stream alone.
+/// Random numbers determined by a campaign's seed and the number of a stream.
 pub(crate) fn generator(campaign_seed: u64, stream: u64) -> ChaCha8Rng {
     let mut generator = ChaCha8Rng::seed_from_u64(campaign_seed);
     generator.set_stream(stream);
     generator
 }
 
-/// Length of the gage; of no meaning for an actuator.
+/// Length of the gage; meaningless for an actuator.
 pub(crate) fn gage_length_m(structure: &Structure, path: &ComponentPath) -> f64 {
     let module = structure.module(&path.module);
     let gages = module.map(|module| module.gages.as_slice()).unwrap_or_default();

@@ -1,12 +1,12 @@
-//! A run, step by step: what the modules measured, what their diagnosers computed and
-//! reported. The figures of the paper are drawn from it.
+//! A run step by step: the modules' measurements, and the results and reports of their diagnosers. The figures of the
+//! paper are drawn from it.
 
 use diagnosis::{Diagnoser, Evidence, Sample};
 use vocabulary::{Component, ComponentKind, ModuleName, Step};
 
 use crate::rig::{Rig, RigError, RigEvent};
 
-/// What happened in a run from one step to another.
+/// The events and signals of a run between two steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunTrace {
     /// The steps of the samples, ascending.
@@ -17,7 +17,7 @@ pub struct RunTrace {
     pub occurrences: Vec<RigEvent>,
 }
 
-/// One module of a run. Every signal has one value a step.
+/// One module of a run. Every signal has one value per step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleTrace {
     /// The module.
@@ -33,7 +33,7 @@ pub struct ModuleTrace {
 /// One channel of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelTrace {
-    /// The component that is watched.
+    /// The monitored component.
     pub component: Component,
     /// The threshold γ of its divergence.
     pub threshold: f64,
@@ -44,10 +44,10 @@ pub struct ChannelTrace {
 }
 
 impl RunTrace {
-    /// Goes on with the rig for `steps` steps and writes down what happens.
+    /// Advances the rig by `steps` steps and records them.
     ///
     /// # Errors
-    /// A fault of the rig's schedule that does not fit the plant.
+    /// A fault in the rig's schedule does not fit the plant.
     pub fn record(rig: &mut Rig, steps: u64) -> Result<Self, RigError> {
         let mut trace = Self {
             steps: Vec::new(),

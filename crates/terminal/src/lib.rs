@@ -1,11 +1,11 @@
-//! The terminal view: what operators look at without a browser.
+//! The terminal view, for operators without a browser.
 //!
 //! | module | what |
 //! |---|---|
-//! | `model` | what is shown and what is typed: a plain value, events in and effects out |
-//! | `view` | the model drawn into a buffer of cells |
-//! | `station` | keyboard, screen, signals, questions to modules: everything that waits |
-//! | `settings` | where it looks, and who gives orders |
+//! | `model` | the state of the view as a plain value, events in and effects out |
+//! | `view` | draws the model into a buffer of cells |
+//! | `station` | keyboard, screen, signals and queries to modules: everything that blocks |
+//! | `settings` | what to observe, and who issues orders |
 
 mod model;
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! Whole screens, compared with those in `tests/screens`. `BLESS=1` rewrites these, so that a change is meant and shows.
+//! Compares whole screens with those in `tests/screens`. `BLESS=1` rewrites them, so that a change is deliberate and
+//! visible.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -36,7 +37,7 @@ fn text(buffer: &Buffer) -> String {
     (0..buffer.area.height).map(line).collect()
 }
 
-/// What is drawn of the model is what was agreed on, in both sizes.
+/// Compares the drawn model with the agreed screen, in both sizes.
 #[track_caller]
 fn assert_screens(name: &str, model: &Model) {
     for (width, height) in SIZES {

@@ -1,31 +1,31 @@
-//! Where the view looks, and who gives orders.
+//! What the view observes, and who issues orders.
 
 use std::time::Duration;
 
 use vocabulary::{ModuleName, OperatorName, StructureName};
 
-/// What the view is started with.
+/// Settings of the view.
 #[derive(Debug, Clone)]
 pub struct ViewSettings {
-    /// How the places that it looks at are called.
+    /// A name for the observed places.
     pub places: String,
-    /// Only this structure; otherwise every one that is seen.
+    /// The structure to show; otherwise all observed structures.
     pub structure: Option<StructureName>,
-    /// Modules that should be there.
+    /// Modules that should be running.
     pub expected: Vec<ModuleName>,
-    /// Longest wait for each answer.
+    /// Timeout of each answer.
     pub timeout: Duration,
-    /// Who gives orders, or why none may be given.
+    /// Who issues orders, or why none may be issued.
     pub issuer: Result<OrderIssuer, String>,
     /// Whether colours are shown beside symbols and words.
     pub colours: bool,
 }
 
-/// Who gives orders.
+/// The issuer of orders.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct OrderIssuer {
-    /// The name that goes into the journal.
+    /// The name recorded in the journal.
     pub by: String,
-    /// The operator whose certificate the session shows, if it shows one's.
+    /// The operator in the session's certificate, if it belongs to an operator.
     pub operator: Option<OperatorName>,
 }

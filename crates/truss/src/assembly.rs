@@ -1,9 +1,8 @@
 //! The equations of motion of a whole structure (eq. 6 and 7).
 //!
-//! M·ξ̈ + D·ξ̇ + K·ξ = F_u·u and ζ = L·ξ, with ξ the displacements of the nodes in Cartesian
-//! coordinates, u the actuator forces and ζ the elongations that the gages read. M is lumped: half of each
-//! member and the share of the storey at each node. Rotations exist where beams do; they have no
-//! mass and are condensed statically.
+//! M·ξ̈ + D·ξ̇ + K·ξ = F_u·u and ζ = L·ξ, with ξ the displacements of the nodes in Cartesian coordinates, u the
+//! actuator forces and ζ the elongations that the gages read. M is lumped: half of each member and the share of the
+//! storey at each node. Nodes of beams also have rotations, which have no mass and are condensed statically.
 
 use std::ops::RangeInclusive;
 
@@ -15,7 +14,7 @@ use crate::element;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
-/// The masses of nodes of which a model is made \[kg\]; outside of them is a wrong unit.
+/// The permitted masses of nodes \[kg\]; a mass outside this range is in a wrong unit.
 const MASSES_KG: RangeInclusive<f64> = 1e-9..=1e15;
 
 /// One degree of freedom.
@@ -23,11 +22,11 @@ const MASSES_KG: RangeInclusive<f64> = 1e-9..=1e15;
 pub struct Dof {
     /// Index of the node in [`Structure::nodes`].
     pub node: usize,
-    /// The direction in which it moves.
+    /// The direction of motion.
     pub direction: Direction,
 }
 
-/// Mass, stiffness, gage map and actuator map over the translations that are not held.
+/// Mass, stiffness, gage map and actuator map over the translations that are not fixed.
 #[derive(Debug, Clone)]
 pub struct Mechanics {
     /// The degrees of freedom, node by node, x before y before z.
@@ -45,11 +44,11 @@ pub struct Mechanics {
 }
 
 impl Mechanics {
-    /// Assembles and condenses.
+    /// Assembles and condenses the matrices.
     ///
     /// # Errors
-    /// A mechanism, with the node and direction that move most; a node without mass or with
-    /// an absurd one; a structure in which nothing can move; a perturbation factor that is not above 0.
+    /// A mechanism, with the node and direction that move most; a node without mass or with an absurd one; a structure
+    /// in which nothing can move; a perturbation factor that is not above 0.
     pub fn assemble(structure: &Structure) -> Result<Mechanics, ModelError> {
         check_factors(structure)?;
         let freedoms = Freedoms::number(structure);
@@ -72,7 +71,7 @@ impl Mechanics {
         })
     }
 
-    /// Index of a degree of freedom, `None` if it is held or a rotation.
+    /// Index of a degree of freedom; `None` if it is fixed or a rotation.
     #[must_use]
     pub fn dof_index(&self, node: usize, direction: Direction) -> Option<usize> {
         self.dofs.iter().position(|dof| dof.node == node && dof.direction == direction)
@@ -81,21 +80,21 @@ impl Mechanics {
     /// Displacements under constant forces (dofs × load cases) \[m per N\], K⁻¹·forces.
     ///
     /// # Errors
-    /// A stiffness matrix that has been made singular since assembly.
+    /// The stiffness matrix was made singular after assembly.
     pub fn static_displacements(&self, forces: &DMatrix<f64>) -> Result<DMatrix<f64>, ModelError> {
         let factor = Cholesky::of(&self.stiffness).map_err(|_| ModelError::NothingMoves)?;
         Ok(factor.solve(forces))
     }
 
-    /// The elastic elongation that each gage reads, at rest, per unit of free axial strain of each member
-    /// (gages × members) \[m\]. Heated evenly by ΔT a member would, alone, strain by α·ΔT; what the others do
-    /// not let it do is elastic. `structure` is the one that these mechanics were assembled from.
+    /// The elastic elongation read by each gage in equilibrium, per unit of free axial strain of each member (gages ×
+    /// members) \[m\]. Under a uniform change of temperature ΔT a free member would strain by α·ΔT; the part that the
+    /// other members prevent is elastic. `structure` must be the one that these mechanics were assembled from.
     ///
     /// # Errors
-    /// A stiffness matrix that has been made singular since assembly.
+    /// The stiffness matrix was made singular after assembly.
     pub fn strain_response(&self, structure: &Structure) -> Result<DMatrix<f64>, ModelError> {
-        // Row g of the gage map, as forces, and the displacements under them: by reciprocity these say what
-        // any force elongates gage g.
+        // Row g of the gage map, applied as forces, gives displacements; by reciprocity they are the elongations of
+        // gage g under any forces.
         let displacements = self.static_displacements(&self.gage_map.transpose())?;
         let freedoms = Freedoms::number(structure);
         let gages: Vec<_> = structure.modules.iter().flat_map(|module| &module.gages).collect();
@@ -115,7 +114,7 @@ impl Mechanics {
     }
 }
 
-/// The numbering of what can move: translations first, then rotations.
+/// The numbering of the degrees of freedom: translations first, then rotations.
 struct Freedoms {
     dofs: Vec<Dof>,
     translations: usize,
@@ -150,7 +149,7 @@ impl Freedoms {
         Freedoms { dofs, translations, index }
     }
 
-    /// The twelve freedoms of a member; `None` where held.
+    /// The twelve degrees of freedom of a member; `None` where fixed.
     fn of_ends(&self, [from, to]: [usize; 2]) -> [Option<usize>; 12] {
         std::array::from_fn(|i| self.index[if i < 6 { from } else { to }][i % 6])
     }
@@ -196,14 +195,14 @@ fn assemble_stiffness(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64
     whole
 }
 
-/// Static condensation of the rotations. They carry neither mass nor load, so K_rt·u + K_rr·φ = 0 holds at all times and
-/// K = K_tt − K_tr·K_rr⁻¹·K_rt acts between translations alone, without approximation: the stiffness between the
-/// translations once the rotations follow freely \[N/m\].
+/// Static condensation of the rotations. They have neither mass nor load, so K_rt·u + K_rr·φ = 0 holds at all times,
+/// and K = K_tt − K_tr·K_rr⁻¹·K_rt is the exact stiffness between the translations while the rotations are free
+/// \[N/m\].
 ///
 /// The first `translations` rows and columns of `stiffness` are the translations.
 ///
 /// # Errors
-/// A combination of rotations without resistance, counted from the first rotation.
+/// A combination of rotations without resistance, numbered from the first rotation.
 fn condense(stiffness: &DMatrix<f64>, translations: usize) -> Result<DMatrix<f64>, Singular> {
     let rotations = stiffness.nrows() - translations;
     let mut condensed = stiffness.view((0, 0), (translations, translations)).into_owned();
@@ -237,8 +236,8 @@ fn lumped_mass(structure: &Structure, dofs: &[Dof]) -> Result<DVector<f64>, Mode
     Ok(DVector::from_iterator(dofs.len(), dofs.iter().map(|dof| masses[dof.node])))
 }
 
-/// Where a pair of unit forces that pushes two nodes apart acts: freedom and share of the force.
-/// The same numbers say how much further apart the nodes are per unit of displacement.
+/// The degrees of freedom and shares of a pair of unit forces that pushes two nodes apart. The same numbers are the
+/// change of the distance between the nodes per unit of displacement.
 fn opposed_pair(structure: &Structure, freedoms: &Freedoms, ends: [usize; 2]) -> Vec<(usize, f64)> {
     let along = structure.unit_vector(ends);
     let mut pair = Vec::with_capacity(6);

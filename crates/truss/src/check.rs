@@ -1,4 +1,4 @@
-//! The tools of validation: a collector of mistakes, names met so far, ranges of numbers.
+//! Tools of validation: collects errors, tracks names, checks ranges of numbers.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,16 +6,16 @@ use crate::description::DescriptionEntry;
 use crate::description_error::{DescriptionError, DescriptionProblem};
 use vocabulary::NameError;
 
-/// How many existing names are listed when one is not found.
+/// Number of existing names listed when a name is not found.
 const NAMES_LISTED: usize = 6;
 
-/// Something with the line that it comes from.
+/// A value with the line that it comes from.
 pub(crate) struct Located<T> {
     pub(crate) line: usize,
     pub(crate) value: T,
 }
 
-/// Where a number may lie.
+/// A permitted range of numbers.
 #[derive(Clone, Copy)]
 pub(crate) enum NumberRange {
     Positive,
@@ -44,9 +44,10 @@ impl NumberRange {
     }
 }
 
-/// Collects mistakes.
+/// Collects errors.
 pub(crate) struct Check {
-    /// Where each line ends, ascending: a long description asks for the line of each of its entries.
+    /// The offset at which each line ends, ascending, because the line of every entry of a long description is looked
+    /// up.
     ends: Vec<usize>,
     pub(crate) errors: Vec<DescriptionError>,
 }
@@ -70,7 +71,7 @@ impl Check {
         self.report(Some(line), DescriptionProblem::Form(message));
     }
 
-    /// Reports a text that cannot be a name; the name otherwise.
+    /// The name, unless it is invalid, which is reported.
     pub(crate) fn name<N>(&mut self, line: usize, name: Result<N, NameError>) -> Option<N> {
         name.map_err(|error| self.report(Some(line), error.into())).ok()
     }
@@ -92,8 +93,8 @@ impl Check {
         }
     }
 
-    /// The entry's value; `None` if it cannot be read, which is reported. A readable name is kept
-    /// in the names all the same, so that references to it are not reported too.
+    /// The entry's value; `None` if it cannot be read, which is reported. A readable name is recorded nevertheless, so
+    /// that references to it are not reported as well.
     pub(crate) fn entry<T>(
         &mut self,
         names: &mut KnownNames,
@@ -118,7 +119,7 @@ impl Check {
         }
     }
 
-    /// Remembers a name; a second one of the same is reported.
+    /// Records a name; a duplicate is reported.
     pub(crate) fn remember(&mut self, names: &mut KnownNames, line: usize, name: &str) {
         let index = names.order.len();
         names.order.push(name.to_owned());
@@ -132,7 +133,7 @@ impl Check {
         }
     }
 
-    /// Index of a name; an unknown one is reported with what exists.
+    /// The index of a name; an unknown one is reported with the existing names.
     pub(crate) fn find(
         &mut self,
         names: &KnownNames,
@@ -150,7 +151,7 @@ impl Check {
     }
 }
 
-/// Names met so far, each with its index, in the order in which they came.
+/// The names recorded so far, each with its index, in order of appearance.
 pub(crate) struct KnownNames {
     pub(crate) what: &'static str,
     places: BTreeMap<String, (usize, usize)>,
@@ -175,17 +176,17 @@ impl KnownNames {
         self.places.get(name).map(|&(index, _)| index)
     }
 
-    /// All names, in the order in which they came.
+    /// All names, in order of appearance.
     pub(crate) fn names(&self) -> &[String] {
         &self.order
     }
 
-    /// Is there an entry that could not be read?
+    /// Whether an entry could not be read.
     pub(crate) fn is_broken(&self) -> bool {
         self.unreadable
     }
 
-    /// What to say when a name is not found.
+    /// The hint in the error for an unknown name.
     fn hint(&self, name: &str) -> String {
         let near = self.places.keys().min_by_key(|known| strsim::levenshtein(known, name));
         match near {

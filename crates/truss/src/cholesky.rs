@@ -1,8 +1,8 @@
-//! Cholesky factorisation that can say what makes a stiffness matrix singular.
+//! Cholesky factorisation that identifies the motion that makes a stiffness matrix singular.
 //!
-//! K = L·Lᵀ column by column, in plain loops so that the result does not depend on the machine. A
-//! pivot that has lost all but [`PIVOT_TOLERANCE`] of its diagonal entry means that K·x = 0 for
-//! x = (−K₁₁⁻¹·k₁, 1, 0): the motion that costs no energy.
+//! K = L·Lᵀ column by column, in plain loops so that the result does not depend on the machine. A pivot that has lost
+//! all but [`PIVOT_TOLERANCE`] of its diagonal entry means that K·x = 0 for x = (−K₁₁⁻¹·k₁, 1, 0), a motion without
+//! elastic energy.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -17,16 +17,16 @@ pub(crate) struct Cholesky {
 
 /// A motion without resistance: K·motion = 0.
 pub(crate) struct Singular {
-    /// The motion, its largest component in magnitude not smaller than any other.
+    /// The motion; its first component is not exceeded in magnitude by any other.
     pub(crate) motion: DVector<f64>,
 }
 
 impl Singular {
-    /// The freedom that moves most.
+    /// The degree of freedom that moves most.
     pub(crate) fn largest(&self) -> usize {
         let mut largest = 0;
         for (index, value) in self.motion.iter().enumerate() {
-            // A clear lead is asked for, so that rounding does not choose between equals.
+            // A clear lead is required, so that rounding does not choose between equals.
             if value.abs() > self.motion[largest].abs() * (1.0 + 1e-6) {
                 largest = index;
             }
@@ -43,7 +43,7 @@ impl Cholesky {
         for column in 0..size {
             let pivot = lower[(column, column)];
             let floor = PIVOT_TOLERANCE * matrix[(column, column)];
-            // A pivot that is not a number counts as no resistance too.
+            // A NaN pivot also counts as no resistance.
             if !(pivot > floor && pivot > 0.0) {
                 return Err(free_motion(matrix, lower, column));
             }

@@ -1,7 +1,6 @@
-//! A description as it stands in the file, before any check.
+//! The content of a description file, before any check.
 //!
-//! Entries of lists and tables are read one by one, so that a mistake in one does not hide the
-//! mistakes in the others.
+//! Entries of lists and tables are read one by one, so that an error in one does not hide errors in others.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +10,7 @@ use toml::Spanned;
 
 use crate::direction::Direction;
 
-/// A whole file.
+/// The whole file.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Description {
@@ -20,7 +19,7 @@ pub(crate) struct Description {
     pub(crate) damping: Spanned<DampingDescription>,
     pub(crate) materials: BTreeMap<String, DescriptionEntry<MaterialDescription>>,
     pub(crate) sections: BTreeMap<String, DescriptionEntry<SectionDescription>>,
-    /// The generator; takes the place of nodes and members.
+    /// The generator, which replaces nodes and members.
     pub(crate) storeys: Option<DescriptionEntry<StoreysDescription>>,
     #[serde(default)]
     pub(crate) nodes: Vec<DescriptionEntry<NodeDescription>>,
@@ -38,7 +37,7 @@ pub(crate) struct DampingDescription {
     pub(crate) beta_s: f64,
 }
 
-/// What members are made of.
+/// A material.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MaterialDescription {
@@ -77,11 +76,11 @@ pub(crate) struct StoreysDescription {
     pub(crate) height_m: f64,
     /// Mass of a storey besides its members, shared evenly by its corners \[kg\].
     pub(crate) mass_kg: f64,
-    /// Directions in which the feet are held.
+    /// Directions in which the feet are fixed.
     pub(crate) base: Vec<Direction>,
     /// Section of the beams around each floor.
     pub(crate) horizontal: String,
-    /// Section of the diagonals across each floor, if there are any.
+    /// Section of the diagonals across each floor, if any.
     pub(crate) floor_diagonal: Option<String>,
     /// Section of the diagonals on each face, corner to corner over a whole module.
     pub(crate) face_diagonal: String,
@@ -108,9 +107,9 @@ pub(crate) struct MemberDescription {
     pub(crate) name: String,
     pub(crate) ends: [String; 2],
     pub(crate) section: String,
-    /// The module it belongs to; may be left out if there is only one.
+    /// The module it belongs to; optional if there is only one.
     pub(crate) module: Option<String>,
-    /// A vector that, square to the member, gives the local y axis.
+    /// A vector whose component perpendicular to the member gives the local y axis.
     pub(crate) local_y: Option<[f64; 3]>,
     #[serde(default = "one")]
     pub(crate) stiffness_factor: f64,
@@ -125,8 +124,7 @@ fn one() -> f64 {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ModuleDescription {
     pub(crate) name: String,
-    /// Nodes on which it stands on the modules before it, by default all that it shares with them;
-    /// explicit form only.
+    /// Nodes on which it stands on earlier modules; by default all nodes shared with them. Explicit form only.
     pub(crate) lower_interface: Option<Vec<String>>,
     /// Number of storeys; with the generator only.
     pub(crate) storeys: Option<usize>,
@@ -155,14 +153,14 @@ pub(crate) struct GageDescription {
     pub(crate) member: String,
 }
 
-/// One entry of a list or table: what it says, or what is wrong with it; and where it stands.
+/// An entry of a list or table: its content or the error in it, and its position.
 #[derive(Debug)]
 pub(crate) struct DescriptionEntry<T> {
     /// Byte offset in the text.
     pub(crate) offset: usize,
-    /// The entry's `name`, readable even where the rest is not.
+    /// The entry's `name`, which may be readable even if the rest is not.
     pub(crate) name: Option<String>,
-    /// The entry, or the reader's complaint.
+    /// The entry, or the parser's error.
     pub(crate) value: Result<T, String>,
 }
 
@@ -177,7 +175,7 @@ impl<'de, T: DeserializeOwned> Deserialize<'de> for DescriptionEntry<T> {
     }
 }
 
-/// The reader's message on one line.
+/// The parser's message on one line.
 pub(crate) fn complaint(error: &toml::de::Error) -> String {
     error.message().lines().next().unwrap_or("not a valid entry").to_owned()
 }

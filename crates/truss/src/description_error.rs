@@ -1,4 +1,4 @@
-//! What can be wrong with a description, each mistake with its line.
+//! Errors in a description, each with its line.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use vocabulary::{NameError, quotation};
 
 const LONGEST_PROBLEM: usize = 1000;
 
-/// One mistake in a description.
+/// An error in a description.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DescriptionProblem {
     /// Invalid TOML, or a key missing, unknown or of the wrong type.
@@ -15,41 +15,41 @@ pub enum DescriptionProblem {
     /// A text that cannot be a name.
     #[error(transparent)]
     Name(#[from] NameError),
-    /// A name that nothing bears.
+    /// A reference to an unknown name.
     #[error("{user} refers to {what} `{name}`, which is not described; {hint}")]
     Unknown {
-        /// Who refers to it.
+        /// The entry that refers to it.
         user: String,
-        /// What kind of thing is missing.
+        /// The kind of entry that is missing.
         what: &'static str,
         /// The name.
         name: String,
-        /// What exists.
+        /// The names that exist.
         hint: String,
     },
-    /// Two things with the same name.
+    /// Two entries with the same name.
     #[error("{what} `{name}` is described twice{first}; give each its own name")]
     Duplicate {
-        /// What kind of thing.
+        /// The kind of entry.
         what: &'static str,
         /// The name.
         name: String,
-        /// Where the first one stands.
+        /// The line of the first one.
         first: String,
     },
     /// A number outside its range.
     #[error("`{quantity}` of {owner} is {value}; use {expected}")]
     Number {
-        /// Which number.
+        /// The quantity.
         quantity: &'static str,
-        /// Whose number.
+        /// The entry it belongs to.
         owner: String,
         /// The value.
         value: f64,
-        /// What would be right.
+        /// What is expected.
         expected: &'static str,
     },
-    /// Both ends at the same place.
+    /// Both ends are at the same position.
     #[error(
         "{what} `{name}` has no length: `{from}` and `{to}` are at the same place; give it two nodes that are apart"
     )]
@@ -63,17 +63,17 @@ pub enum DescriptionProblem {
         /// Second end.
         to: String,
     },
-    /// Anything else, in words.
+    /// Any other error, in words.
     #[error("{0}")]
     Form(String),
 }
 
-/// One mistake in a description, with its line.
+/// An error in a description, with its line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DescriptionError {
-    /// Line in the text, counted from 1, where it is known.
+    /// The line in the text, counted from 1, if known.
     pub line: Option<usize>,
-    /// What is wrong and what would be right.
+    /// What is wrong, and what is expected.
     pub problem: DescriptionProblem,
 }
 
@@ -82,19 +82,19 @@ impl fmt::Display for DescriptionError {
         if let Some(line) = self.line {
             write!(f, "line {line}: ")?;
         }
-        // Problems quote what stands in a file, which may be anything.
+        // Problems quote the file, whose content is arbitrary.
         f.write_str(&quotation(&self.problem.to_string(), LONGEST_PROBLEM))
     }
 }
 
 impl std::error::Error for DescriptionError {}
 
-/// Every mistake in a description, in the order of its lines.
+/// All errors in a description, in the order of lines.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DescriptionErrors(pub Vec<DescriptionError>);
 
 impl DescriptionErrors {
-    /// The mistakes one by one.
+    /// The errors one by one.
     pub fn iter(&self) -> std::slice::Iter<'_, DescriptionError> {
         self.0.iter()
     }

@@ -1,10 +1,10 @@
-//! Directions of motion, and where a node is held.
+//! Directions of motion, and supports.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A direction in which a node can move or turn.
+/// A direction in which a node can move or rotate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Direction {
     /// Along the global x axis.
@@ -51,36 +51,36 @@ impl Direction {
     }
 }
 
-/// The word used in files: `x`, `y`, `z`, `rx`, `ry` or `rz`.
+/// The name used in files: `x`, `y`, `z`, `rx`, `ry` or `rz`.
 impl fmt::Display for Direction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.serialize(f)
     }
 }
 
-/// The directions in which a node is held.
+/// The directions in which a node is fixed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Support([bool; 6]);
 
 impl Support {
-    /// Held nowhere.
+    /// Not fixed.
     pub const FREE: Support = Support([false; 6]);
-    /// Held in all six directions.
+    /// Fixed in all six directions.
     pub const CLAMPED: Support = Support([true; 6]);
 
-    /// Is the node held in this direction?
+    /// Whether the node is fixed in this direction.
     #[must_use]
     pub fn holds(&self, direction: Direction) -> bool {
         self.0[direction.index()]
     }
 
-    /// Is the node held at all?
+    /// Whether the node is fixed in any direction.
     #[must_use]
     pub fn is_any(&self) -> bool {
         self.0.contains(&true)
     }
 
-    /// The held directions, translations first.
+    /// The fixed directions, translations first.
     pub fn directions(&self) -> impl Iterator<Item = Direction> + '_ {
         Direction::ALL.into_iter().filter(|&direction| self.holds(direction))
     }

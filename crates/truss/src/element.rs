@@ -7,7 +7,7 @@
 
 use crate::member::{Member, MemberKind};
 
-/// Freedoms of a member: six per end, in the order of [`crate::Direction::ALL`].
+/// Degrees of freedom of a member: six per end, in the order of [`crate::Direction::ALL`].
 pub(crate) const MEMBER_FREEDOMS: usize = 12;
 
 /// Stiffness of a member in global coordinates [N/m, N, N·m].
@@ -65,8 +65,8 @@ fn add_spring(stiffness: &mut MemberStiffness, [i, j]: [usize; 2], value: f64) {
     stiffness[j][i] -= value;
 }
 
-/// Adds the bending in one plane; freedoms are deflection and rotation of the first end, then of
-/// the second. `sense` is the sign of the rotation that a positive slope means.
+/// Adds the bending in one plane. The degrees of freedom are deflection and rotation of the first end, then of the
+/// second. `sense` is the sign of the rotation for a positive slope.
 fn add_bending(
     stiffness: &mut MemberStiffness,
     freedoms: [usize; 4],

@@ -1,5 +1,5 @@
-//! Everything that an outside finite-element program needs to repeat the model, and results to
-//! compare with. Serialises to any format of serde; SI units throughout, named in the fields.
+//! Exports the complete model, with results for comparison, for external finite-element programs. Serialises to any
+//! format of serde; SI units throughout, named in the fields.
 
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -11,10 +11,10 @@ use crate::modal::Modes;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
-/// How many frequencies are exported.
+/// Number of exported frequencies.
 const FREQUENCIES: usize = 12;
 
-/// What the fields mean, for readers that have only the export.
+/// The meaning of the fields, for readers of the export alone.
 const NOTES: [&str; 6] = [
     "`rod`: axial force only, pinned at both ends. `beam`: straight Euler-Bernoulli beam with St Venant torsion, no shear deformation, rigidly joined to other beams",
     "local x runs from the first end to the second; `local_y` and `local_z` = x cross y are unit vectors in global coordinates; `iy_m4` belongs to bending about local y, `iz_m4` about local z",
@@ -24,32 +24,32 @@ const NOTES: [&str; 6] = [
     "a gage reads the elongation of its member, positive in tension; `static_elongations_m_per_n` is its reading under one constant newton of one actuator",
 ];
 
-/// A structure with everything that its model is made of.
+/// A structure with the complete data of its model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Export {
     /// Name of the structure.
     pub name: String,
-    /// What the fields mean.
+    /// The meaning of the fields.
     pub notes: [&'static str; 6],
     /// Nodes.
     pub nodes: Vec<ExportedNode>,
     /// Members.
     pub members: Vec<ExportedMember>,
-    /// All lumped mass of each node, in the order of `nodes` \[kg\].
+    /// The total lumped mass of each node, in the order of `nodes` \[kg\].
     pub nodal_masses_kg: Vec<f64>,
-    /// Held degrees of freedom.
+    /// Fixed degrees of freedom.
     pub fixed: Vec<ExportedFixed>,
     /// Actuators of all modules.
     pub actuators: Vec<ExportedActuator>,
     /// Gages of all modules.
     pub gages: Vec<ExportedGage>,
-    /// Share of the mass in the damping matrix \[1/s\].
+    /// Mass coefficient of the damping matrix \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness in the damping matrix \[s\].
+    /// Stiffness coefficient of the damping matrix \[s\].
     pub beta_s: f64,
     /// The first natural frequencies, undamped, ascending \[Hz\].
     pub natural_frequencies_hz: Vec<f64>,
-    /// Every gage's reading under a unit force of every actuator.
+    /// The reading of every gage under a unit force of every actuator.
     pub static_responses: Vec<ExportedResponse>,
 }
 
@@ -98,7 +98,7 @@ pub struct ExportedMember {
     pub local_z: Option<[f64; 3]>,
 }
 
-/// The held degrees of freedom of a node.
+/// The fixed degrees of freedom of a node.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExportedFixed {
     /// Name of the node.
@@ -127,7 +127,7 @@ pub struct ExportedGage {
     pub length_m: f64,
 }
 
-/// What every gage reads under a unit force of one actuator.
+/// The readings of all gages under a unit force of one actuator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExportedResponse {
     /// Path of the actuator.
@@ -141,7 +141,7 @@ impl Mechanics {
     /// [m/N]: L·K⁻¹·F_u.
     ///
     /// # Errors
-    /// A stiffness matrix that has been made singular since assembly.
+    /// The stiffness matrix was made singular after assembly.
     pub fn static_gage_responses(&self) -> Result<DMatrix<f64>, ModelError> {
         let displacements = self.static_displacements(&self.actuator_map)?;
         Ok(DMatrix::from_fn(self.gage_map.nrows(), displacements.ncols(), |gage, actuator| {
@@ -152,10 +152,10 @@ impl Mechanics {
 }
 
 impl Structure {
-    /// Everything that an outside finite-element program needs to repeat the model.
+    /// The complete model for external finite-element programs.
     ///
     /// # Errors
-    /// A structure from which no model follows.
+    /// The structure does not yield a valid model.
     pub fn export(&self) -> Result<Export, ModelError> {
         let mechanics = Mechanics::assemble(self)?;
         let modes = Modes::of(&mechanics, self.damping, Some(FREQUENCIES))?;

@@ -1,14 +1,13 @@
-//! Writes out the nodes and members that `[storeys]` stands for.
+//! Generates the nodes and members described by `[storeys]`.
 //!
-//! A tower on a polygon: at each level one node per corner, `L00C1` being the first corner of the
-//! base. In each storey a column at each corner, a horizontal along each side of the upper floor
-//! and, if asked for, a diagonal between any two corners of that floor that are not neighbours. On
-//! each face of a module two crossing diagonals, corner to corner over the module's whole height.
-//! A member is named after its ends, `L00C1-L01C1`.
+//! A tower on a polygon has one node per corner at each level; `L00C1` is the first corner of the base. Each storey has
+//! a column at each corner, a horizontal along each side of the upper floor and, if requested, a diagonal between any
+//! two corners of that floor that are not neighbours. Each face of a module has two crossing diagonals, corner to
+//! corner over the module's whole height. A member is named after its ends, `L00C1-L01C1`.
 
 use crate::description::{MemberDescription, NodeDescription, StoreysDescription};
 
-/// What the generator needs of a module.
+/// The data of a module that the generator needs.
 pub(crate) struct Stack<'a> {
     /// Name of the module.
     pub(crate) module: &'a str,

@@ -1,20 +1,19 @@
 //! The structure: nodes, rods, beam columns, masses and modules, and the models made of them.
 //!
-//! The way through this crate, one file a stage:
+//! The stages of processing, one file each:
 //!
-//! 1. [`Structure::from_toml`] reads a description (`description`), writes out what a generator
-//!    stands for (`generator`), and checks it, reporting every mistake at once (`validation`).
-//! 2. [`Structure::local`] cuts out one module's own part, clamped at its lower interface;
-//!    [`Structure::parts`] takes apart what does not touch, [`Structure::row`] sets copies side by side.
+//! 1. [`Structure::from_toml`] reads a description (`description`), generates nodes and members from storeys
+//!    (`generator`), and checks it, reporting all errors at once (`validation`).
+//! 2. [`Structure::local`] extracts one module's own part, clamped at its lower interface; [`Structure::parts`]
+//!    separates parts that are not connected, [`Structure::row`] places copies side by side.
 //! 3. [`Mechanics::assemble`] puts the members together (`element`) and condenses the rotations
 //!    (`assembly`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
-//! 4. [`Modes::of`] splits the equations of motion into single oscillators.
-//! 5. [`ModalStepper`] steps them exactly under inputs held constant over a step;
-//!    [`ModalStepper::of_module`] makes one from a module's actuator forces to its gage elongations.
+//! 4. [`Modes::of`] decouples the equations of motion into single oscillators.
+//! 5. [`ModalStepper`] advances them exactly under inputs held constant over a step; [`ModalStepper::of_module`]
+//!    creates one that maps a module's actuator forces to its gage elongations.
 //!
-//! Everything is text and numbers in, text and numbers out. Equation numbers are those of Gienger,
-//! Schaut, Sawodny and Tarin, *Modular distributed fault diagnosis for adaptive structures using
-//! local models*.
+//! All inputs and outputs are text and numbers. Equation numbers refer to Gienger, Schaut, Sawodny and Tarin, *Modular
+//! distributed fault diagnosis for adaptive structures using local models*.
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
 
 mod assembly;

@@ -1,4 +1,4 @@
-//! Cutting one module out of a structure.
+//! Extracts one module from a structure.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,11 @@ use crate::structure::{Actuator, Gage, Module, Node, Structure};
 use vocabulary::ModuleName;
 
 impl Structure {
-    /// The module alone: its own nodes, members, actuators and gages, clamped at the nodes on which
-    /// it stands on the module below. The lowest module keeps its supports. Cutting the result
-    /// again changes nothing.
+    /// The module alone: its own nodes, members, actuators and gages, clamped at the nodes on which it stands on the
+    /// module below. The lowest module keeps its supports. Extracting from the result again changes nothing.
     ///
     /// # Errors
-    /// A name that no module bears.
+    /// The structure has no module of this name.
     pub fn local(&self, module: &ModuleName) -> Result<Structure, ModelError> {
         let module = self.module(module).ok_or_else(|| self.unknown_module(module))?;
         let node_places = places(&module.nodes);
@@ -51,8 +50,8 @@ impl Structure {
     }
 }
 
-/// New index of each old one. Validation has put every node of a module's members, actuators and gages into the module's own
-/// lists, so that none is missing.
+/// Maps old indices to new ones. Validation has added every node of a module's members, actuators and gages to the
+/// module's own lists, so every index is found.
 pub(crate) fn places(kept: &[usize]) -> impl Fn(usize) -> usize {
     let places: BTreeMap<usize, usize> =
         kept.iter().enumerate().map(|(new, &old)| (old, new)).collect();

@@ -2,7 +2,7 @@
 
 use vocabulary::{MaterialName, MemberName, SectionName};
 
-/// What a member can carry.
+/// The internal forces that a member carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MemberKind {
     /// Pinned at both ends: axial force only.
@@ -15,7 +15,7 @@ pub enum MemberKind {
         second_moment_z_m4: f64,
         /// St Venant torsion constant [m⁴].
         torsion_constant_m4: f64,
-        /// Unit vector of the local y axis, square to the member.
+        /// Unit vector of the local y axis, perpendicular to the member.
         local_y: [f64; 3],
     },
 }
@@ -68,7 +68,7 @@ impl Member {
         self.effective_young_pa() / (2.0 * (1.0 + self.poisson))
     }
 
-    /// True of a beam.
+    /// Whether the member is a beam.
     #[must_use]
     pub fn is_beam(&self) -> bool {
         matches!(self.kind, MemberKind::Beam { .. })

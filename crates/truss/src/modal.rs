@@ -12,10 +12,10 @@ use crate::assembly::Mechanics;
 use crate::model_error::ModelError;
 use crate::structure::Rayleigh;
 
-/// Slowest and fastest mode of which a model is made \[rad/s\]. Far outside of what stands or swings, so
-/// that every number that follows from a mode stays finite.
+/// Permitted range of modal frequencies \[rad/s\], far beyond those of real structures, so that all quantities derived
+/// from a mode are finite.
 const ANGULAR_FREQUENCIES: RangeInclusive<f64> = 1e-6..=1e9;
-/// The largest damping ratio of which a model is made.
+/// The largest permitted damping ratio.
 const MOST_DAMPING: f64 = 1e12;
 
 /// Natural modes, lowest frequency first.
@@ -23,7 +23,7 @@ const MOST_DAMPING: f64 = 1e12;
 pub struct Modes {
     /// Angular frequency of each mode (modes) \[rad/s\].
     pub angular_frequencies: DVector<f64>,
-    /// Damping ratio of each mode (modes); above 1 the mode creeps back without oscillating.
+    /// Damping ratio of each mode (modes); above 1 the mode returns without oscillating.
     pub damping_ratios: DVector<f64>,
     /// Mode shapes (dofs × modes), scaled to unit modal mass [1/√kg]. The largest component of a
     /// shape is positive.
@@ -34,8 +34,8 @@ impl Modes {
     /// The lowest `count` modes, or all of them.
     ///
     /// # Errors
-    /// A mode too slow, too fast or too strongly damped for finite numbers; the description then has
-    /// something in the wrong unit.
+    /// A mode is too slow, too fast or too strongly damped for finite numbers, because a quantity in the description is
+    /// in the wrong unit.
     pub fn of(
         mechanics: &Mechanics,
         damping: Rayleigh,
@@ -47,8 +47,8 @@ impl Modes {
         // M^(−½)·K·M^(−½) is symmetric and has the eigenvalues ω².
         let scaled =
             DMatrix::from_fn(size, size, |i, j| scale[i] * mechanics.stiffness[(i, j)] * scale[j]);
-        // The largest eigenvalue is no smaller than any diagonal entry: what that shows to be too fast is
-        // not decomposed, which might never end.
+        // The largest eigenvalue is at least as large as every diagonal entry. A matrix that is thereby known to be too
+        // stiff is not decomposed, because the decomposition might not terminate.
         judge(scaled.diagonal().max().sqrt(), damping)?;
         let eigen = SymmetricEigen::new(scaled);
         let mut order: Vec<usize> = (0..size).collect();
@@ -83,7 +83,7 @@ impl Modes {
     }
 }
 
-/// Refuses a mode from which no finite numbers would follow.
+/// Rejects a mode that would lead to numbers that are not finite.
 fn judge(angular_frequency: f64, damping: Rayleigh) -> Result<(), ModelError> {
     let damping_ratio = damping.damping_ratio(angular_frequency);
     if ANGULAR_FREQUENCIES.contains(&angular_frequency) && damping_ratio <= MOST_DAMPING {
@@ -92,7 +92,7 @@ fn judge(angular_frequency: f64, damping: Rayleigh) -> Result<(), ModelError> {
     Err(ModelError::Mode { frequency_hz: angular_frequency / TAU, damping_ratio })
 }
 
-/// Turns each shape so that its largest component is positive.
+/// Flips each shape so that its largest component is positive.
 fn orient(shapes: &mut DMatrix<f64>) {
     for mut shape in shapes.column_iter_mut() {
         let largest = shape.iamax();

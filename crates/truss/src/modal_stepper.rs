@@ -1,9 +1,8 @@
-//! Many oscillators stepped together, from inputs to outputs.
+//! Steps many oscillators together, from inputs to outputs.
 //!
-//! A step costs O(modes · inputs), a reading O(modes · outputs), neither O(dof²). Maps are stored
-//! in blocks of [`LANES`] modes (or outputs) in the order in which the loops run, so that the inner loop
-//! runs over independent lanes: it vectorises without reordering any sum, and the same bits come
-//! out on any machine.
+//! A step costs O(modes · inputs), a reading O(modes · outputs), neither O(dof²). Maps are stored in blocks of
+//! [`LANES`] modes (or outputs) in the order of the loops, so that the inner loop runs over independent lanes: it
+//! vectorises without reordering any sum, and the results are bit-identical on all machines.
 
 use nalgebra::DMatrix;
 use pulp::Arch;
@@ -50,12 +49,12 @@ struct TransitionBlock {
 }
 
 impl ModalStepper {
-    /// The local model of a module with all its modes, at rest: eq. 6 and 7 from the forces of its actuators \[N\] to the
-    /// elongations of its gages \[m\]. Whatever comes from wind, loads and neighbours is missing from it. `local` is that
+    /// The local model of a module with all its modes, in equilibrium: eq. 6 and 7 from the forces of its actuators
+    /// \[N\] to the elongations of its gages \[m\], without the effects of wind, loads and neighbours. `local` is that
     /// module alone, from [`Structure::local`] or from a file; `dt_s` is the step \[s\].
     ///
     /// # Errors
-    /// A structure from which no model follows, or a step that is not above 0 or absurdly long.
+    /// The structure does not yield a valid model, or the step is not above 0 or is absurdly long.
     pub fn of_module(local: &Structure, dt_s: f64) -> Result<ModalStepper, ModelError> {
         if !(dt_s > 0.0 && dt_s <= LONGEST_STEP_S) {
             return Err(ModelError::TimeStep { value: dt_s });
@@ -67,9 +66,9 @@ impl ModalStepper {
 
     /// A stepper at rest.
     ///
-    /// `dt_s` is the step \[s\]; `input_map` (dofs × inputs) turns inputs into nodal forces \[N\],
-    /// `output_map` (outputs × dofs) turns displacements \[m\] into outputs. Both maps must have the
-    /// degrees of freedom of the modes; what is missing counts as zero.
+    /// `dt_s` is the step \[s\]; `input_map` (dofs × inputs) maps inputs to nodal forces \[N\], `output_map` (outputs ×
+    /// dofs) maps displacements \[m\] to outputs. Both maps must have the degrees of freedom of the modes; missing
+    /// entries count as zero.
     #[must_use]
     pub fn new(
         modes: &Modes,
@@ -123,8 +122,8 @@ impl ModalStepper {
         Arch::new().dispatch(|| self.advance(inputs));
     }
 
-    /// Compiled for each set of vector instructions that a processor may have; the operations and
-    /// their order, and so the bits, are the same for all.
+    /// Compiled for several instruction sets of the processor; operations and their order, and hence the results to the
+    /// last bit, are the same for all.
     #[inline(always)]
     fn advance(&mut self, inputs: &[f64]) {
         for (block, transition) in self.transitions.iter().enumerate() {
@@ -143,7 +142,7 @@ impl ModalStepper {
         }
     }
 
-    /// Puts the state into static equilibrium under constant inputs.
+    /// Sets the state to static equilibrium under constant inputs.
     ///
     /// `inputs` must have [`ModalStepper::input_count`] values.
     pub fn settle(&mut self, inputs: &[f64]) {
@@ -156,7 +155,7 @@ impl ModalStepper {
         }
     }
 
-    /// Back to rest at zero displacement.
+    /// Resets the state to zero displacement at rest.
     pub fn reset(&mut self) {
         self.displacements.fill([0.0; LANES]);
         self.velocities.fill([0.0; LANES]);
@@ -192,7 +191,7 @@ impl ModalStepper {
         Arch::new().dispatch(|| self.combine(state, out));
     }
 
-    /// As [`ModalStepper::advance`].
+    /// Compiled like [`ModalStepper::advance`].
     #[inline(always)]
     fn combine(&self, state: &[Block], out: &mut [f64]) {
         if self.modes == 0 {
@@ -217,7 +216,7 @@ impl ModalStepper {
 #[inline(always)]
 fn modal_force(input_map: &[Block], count: usize, block: usize, inputs: &[f64]) -> Block {
     let mut force = [0.0; LANES];
-    // `input_map` holds `count` blocks for each block of modes.
+    // `input_map` contains `count` blocks for each block of modes.
     let shares = &input_map[block * count..(block + 1) * count];
     for (share, &input) in shares.iter().zip(inputs) {
         for lane in 0..LANES {

@@ -1,9 +1,9 @@
-//! Why no model can be made of a structure that is well described.
+//! Errors of models of structures whose description is valid.
 
 use crate::direction::Direction;
 use vocabulary::{ModuleName, NodeName};
 
-/// A structure from which no model follows.
+/// The structure does not yield a valid model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// The stiffness matrix is singular.
@@ -12,9 +12,9 @@ pub enum ModelError {
         motion(*direction)
     )]
     Mechanism {
-        /// Where the mechanism moves most.
+        /// The node where the mechanism moves most.
         node: NodeName,
-        /// The direction in which it does.
+        /// The direction of that motion.
         direction: Direction,
     },
     /// Without mass a node has no finite frequency.
@@ -25,7 +25,7 @@ pub enum ModelError {
         /// The node.
         node: NodeName,
     },
-    /// A mass from which no model follows.
+    /// A node's mass is outside the permitted range.
     #[error(
         "node `{node}` has a mass of {mass_kg:e} kg; use one from 1e-9 to 1e15 kg, in the right unit"
     )]
@@ -35,7 +35,7 @@ pub enum ModelError {
         /// Its mass, the share of its members included \[kg\].
         mass_kg: f64,
     },
-    /// A mode from which no model follows.
+    /// A mode is outside the permitted range.
     #[error(
         "the structure has a mode of {frequency_hz:e} Hz and damping ratio {damping_ratio:e}; look for a stiffness, a mass or a damping in the wrong unit"
     )]
@@ -45,10 +45,10 @@ pub enum ModelError {
         /// Its damping ratio.
         damping_ratio: f64,
     },
-    /// Everything is held.
+    /// All nodes are fixed.
     #[error("every node is held, nothing can move; leave at least one node free")]
     NothingMoves,
-    /// A factor of a perturbation is of no use.
+    /// A factor of a perturbation is invalid.
     #[error("the factor on the {what} of `{name}` is {value}; use a finite number above 0")]
     Factor {
         /// Stiffness, mass or damping.
@@ -67,11 +67,11 @@ pub enum ModelError {
     /// The structure has no module of this name.
     #[error("unknown module `{module}` of structure `{structure}`: expected one of {known}")]
     UnknownModule {
-        /// The module asked for.
+        /// The requested module.
         module: ModuleName,
-        /// The structure that was asked.
+        /// The structure.
         structure: String,
-        /// The modules it has.
+        /// The modules of the structure.
         known: String,
     },
 }

@@ -1,4 +1,4 @@
-//! One oscillator over one step, exactly.
+//! The exact step of one oscillator.
 //!
 //! q̈ + 2·ζ·ω·q̇ + ω²·q = p with p held constant over a step Δt (zero-order hold). With the decay
 //! x = ζ·ω·Δt, θ² = (ω·Δt)² − x² and S = e⁻ˣ·sin θ / θ, C = e⁻ˣ·cos θ:
@@ -7,11 +7,10 @@
 //! - v ← −ω²·Δt·S·q + (C − x·S)·v + Δt·S·p
 //!
 //! θ² < 0 is the overdamped case. With the two decays r₁ < r₂, r₁·r₂ = (ω·Δt)², r₁ + r₂ = 2·x:
-//! S = (e^(−r₁) − e^(−r₂))/(r₂ − r₁), C = (e^(−r₁) + e^(−r₂))/2, which neither overflows however
-//! stiff the mode nor loses digits to the difference of like numbers. Towards θ = 0 both tend to
-//! S = e⁻ˣ, the critically damped case.
+//! S = (e^(−r₁) − e^(−r₂))/(r₂ − r₁), C = (e^(−r₁) + e^(−r₂))/2, which neither overflows for stiff modes nor loses
+//! digits to cancellation. Towards θ = 0 both tend to S = e⁻ˣ, the critically damped case.
 
-/// Below this |θ²| the sine quotient is taken from its series, exact there to the last bit.
+/// Below this |θ²| the sine quotient is computed from its series, which is exact there to the last bit.
 const SERIES_BELOW: f64 = 1e-4;
 
 /// The coefficients of one step.
@@ -55,9 +54,9 @@ impl OscillatorStep {
 }
 
 struct Response {
-    /// C of the module's text.
+    /// C as defined in the module documentation.
     cosine: f64,
-    /// S of the module's text.
+    /// S as defined in the module documentation.
     sine_quotient: f64,
     /// 1 − C − x·S, the step response in units of its static value.
     step: f64,
@@ -76,7 +75,7 @@ fn oscillating(decay: f64, squared_angle: f64) -> Response {
     Response {
         cosine: envelope * (1.0 - versine),
         sine_quotient: envelope * quotient,
-        // 1 − e⁻ˣ·(cos θ + x·sin θ/θ) with the ones taken out beforehand.
+        // 1 − e⁻ˣ·(cos θ + x·sin θ/θ), with the ones cancelled analytically.
         step: -libm::expm1(-decay) + envelope * (versine - decay * quotient),
     }
 }

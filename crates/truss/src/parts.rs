@@ -1,8 +1,7 @@
-//! Taking a structure apart where nothing connects it.
+//! Separates a structure into unconnected parts.
 //!
-//! Parts that no member and no module has in common do not move each other. Each has modes of its own,
-//! and the model of all of them together is theirs side by side: a matrix of many towers would only be
-//! zeros between them.
+//! Parts without a common member or module do not move each other. Each has its own modes, and the joint model is
+//! block-diagonal: a matrix of many towers would consist mostly of zeros.
 
 use std::collections::BTreeMap;
 
@@ -10,9 +9,8 @@ use crate::local_structure::{places, renumber_member, renumber_module};
 use crate::structure::Structure;
 
 impl Structure {
-    /// The parts of the structure that neither a member nor a module connects, in the order of their
-    /// first nodes; nodes, members and modules of each in the order they have here. A structure in one
-    /// piece is its only part.
+    /// The parts of the structure that are not connected by a member or a module, in the order of their first nodes.
+    /// Nodes, members and modules of each part keep their order. A connected structure is its only part.
     #[must_use]
     pub fn parts(&self) -> Vec<Structure> {
         let groups = self.groups();
@@ -63,14 +61,14 @@ impl Structure {
     }
 }
 
-/// Which nodes hang together: each points to an earlier one of its group, the first to itself.
+/// Connected nodes: each points to an earlier one of its group, the first to itself.
 struct Forest(Vec<usize>);
 
 impl Forest {
     /// The first node of the group of a node.
     fn first(&mut self, mut node: usize) -> usize {
         while self.0[node] != node {
-            // Halves the way for the next time.
+            // Path halving, which shortens the next search.
             self.0[node] = self.0[self.0[node]];
             node = self.0[node];
         }

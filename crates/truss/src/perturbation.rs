@@ -1,4 +1,4 @@
-//! A structure that differs a little from its nominal model.
+//! A structure with small deviations from its nominal model.
 
 use crate::structure::{Rayleigh, Structure};
 
@@ -8,14 +8,14 @@ use crate::structure::{Rayleigh, Structure};
 pub struct Perturbation {
     /// Factor on E·A, E·I and G·J of each member, in the order of [`Structure::members`].
     pub member_stiffness: Vec<f64>,
-    /// Factor on all mass lumped at each node, in the order of [`Structure::nodes`].
+    /// Factor on the total mass lumped at each node, in the order of [`Structure::nodes`].
     pub node_mass: Vec<f64>,
     /// Factor on both coefficients of Rayleigh damping.
     pub damping: f64,
 }
 
 impl Perturbation {
-    /// The perturbation that changes nothing.
+    /// A perturbation with all factors 1.
     #[must_use]
     pub fn identity(structure: &Structure) -> Perturbation {
         Perturbation {
@@ -27,8 +27,8 @@ impl Perturbation {
 }
 
 impl Structure {
-    /// The structure with the factors applied on top of those it has. Members and nodes beyond the
-    /// end of the perturbation's lists stay as they are.
+    /// The structure with the factors multiplied by its present ones. Members and nodes beyond the end of the
+    /// perturbation's lists are unchanged.
     #[must_use]
     pub fn perturbed(&self, perturbation: &Perturbation) -> Structure {
         let mut perturbed = self.clone();

@@ -6,12 +6,12 @@ use crate::structure::{Module, Node, Structure};
 use vocabulary::{MemberName, ModuleName, NameError, NodeName, StructureName};
 
 impl Structure {
-    /// This many copies of the structure in a row along x, as far apart as each is wide, each standing by
-    /// itself. Names get the number of the copy in front, `t07-module1`; the row is called after the
-    /// structure and the number of copies, `tower-x25`.
+    /// This many separate copies of the structure in a row along x, spaced by the structure's width. Names are prefixed
+    /// with the number of the copy, `t07-module1`; the row is named after the structure and the number of copies,
+    /// `tower-x25`.
     ///
     /// # Errors
-    /// A name that gets too long.
+    /// A name becomes too long.
     pub fn row(&self, copies: usize) -> Result<Structure, NameError> {
         let mut row = Structure {
             name: StructureName::new(format!("{}-x{copies}", self.name))?,
@@ -55,7 +55,7 @@ impl Structure {
     }
 }
 
-/// What stands before the names in a copy, counted from 0.
+/// The prefix of the names in a copy, counted from 0.
 #[must_use]
 pub fn copy_prefix(copy: usize, copies: usize) -> String {
     let digits = copies.to_string().len().max(2);

@@ -1,4 +1,4 @@
-//! Which form a description has, explicit or with `[storeys]`, and its lists written out.
+//! Determines the form of a description, explicit or with `[storeys]`, and generates its lists.
 
 use crate::check::{Check, KnownNames, Located, NumberRange};
 use crate::description::{
@@ -11,7 +11,7 @@ const MOST_STOREYS: usize = 500;
 /// Most corners of a plan.
 const MOST_CORNERS: usize = 32;
 
-/// The lists of a description as they stand in the file.
+/// The lists of a description as in the file.
 pub(crate) struct Lists {
     pub(crate) storeys: Option<DescriptionEntry<StoreysDescription>>,
     pub(crate) nodes: Vec<DescriptionEntry<NodeDescription>>,
@@ -22,7 +22,7 @@ pub(crate) struct Lists {
 
 type WrittenOut = (Vec<Located<NodeDescription>>, Vec<Located<MemberDescription>>);
 
-/// The nodes and members that a description stands for.
+/// The nodes and members of a description, generated if necessary.
 pub(crate) fn write_out(
     check: &mut Check,
     lists: &mut Lists,

@@ -1,8 +1,8 @@
 //! The validated description of a structure.
 //!
-//! A [`Structure`] is only made by [`Structure::from_toml`], [`Structure::local`],
-//! [`Structure::parts`], [`Structure::row`] and [`Structure::perturbed`], so every index in it points into its own lists and every member has a
-//! length. Members and nodes are referred to by their position in [`Structure::members`] and
+//! A [`Structure`] is only created by [`Structure::from_toml`], [`Structure::local`], [`Structure::parts`],
+//! [`Structure::row`] and [`Structure::perturbed`], so every index in it is valid in its own lists and every member has
+//! a length above 0. Members and nodes are identified by their position in [`Structure::members`] and
 //! [`Structure::nodes`].
 
 use crate::direction::Support;
@@ -11,7 +11,7 @@ use vocabulary::{
     ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName,
 };
 
-/// Nodes closer than this in height stand on the same level \[m\].
+/// Nodes that differ by less than this in height are on the same level \[m\].
 const LEVEL_TOLERANCE_M: f64 = 1e-6;
 
 /// A joint of the structure.
@@ -21,11 +21,11 @@ pub struct Node {
     pub name: NodeName,
     /// Coordinates, z upwards \[m\].
     pub position_m: [f64; 3],
-    /// Mass carried besides the members: the node's share of its storey \[kg\].
+    /// Mass in addition to the members: the node's share of its storey \[kg\].
     pub mass_kg: f64,
-    /// Factor on everything lumped here, members' halves included; 1 unless perturbed.
+    /// Factor on the total mass lumped here, including the halves of members; 1 unless perturbed.
     pub mass_factor: f64,
-    /// Where the node is held.
+    /// The directions in which the node is fixed.
     pub support: Support,
 }
 
@@ -37,7 +37,7 @@ pub struct Actuator {
     pub name: ActuatorName,
     /// Indices of the two nodes.
     pub ends: [usize; 2],
-    /// The member that the cylinder sits in, where the description gives one.
+    /// The member that contains the cylinder, if the description names one.
     pub member: Option<usize>,
 }
 
@@ -50,12 +50,12 @@ pub struct Gage {
     pub member: usize,
 }
 
-/// A part of the structure with, if equipped, a computer of its own.
+/// A part of the structure, with a separate computer if equipped.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Module {
     /// Unique in the structure.
     pub name: ModuleName,
-    /// Nodes that the module's members touch, the lower interface included, ascending.
+    /// Nodes of the module's members, including the lower interface, ascending.
     pub nodes: Vec<usize>,
     /// The module's members, ascending.
     pub members: Vec<usize>,
@@ -68,14 +68,13 @@ pub struct Module {
 }
 
 impl Module {
-    /// Does the module have anything to diagnose?
+    /// Whether the module has components to diagnose.
     #[must_use]
     pub fn is_equipped(&self) -> bool {
         !self.actuators.is_empty() || !self.gages.is_empty()
     }
 
-    /// The components that are watched: actuators, then gages. This is the order of channels
-    /// everywhere.
+    /// The monitored components: actuators, then gages. Channels have this order everywhere.
     pub fn components(&self) -> impl Iterator<Item = Component> + '_ {
         let actuators = self.actuators.iter().map(|a| Component::Actuator(a.name.clone()));
         actuators.chain(self.gages.iter().map(|g| Component::Sensor(g.name.clone())))
@@ -85,9 +84,9 @@ impl Module {
 /// Rayleigh damping: D = α·M + β·K.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rayleigh {
-    /// Share of the mass α \[1/s\].
+    /// Mass coefficient α \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness β \[s\].
+    /// Stiffness coefficient β \[s\].
     pub beta_s: f64,
 }
 
@@ -108,7 +107,7 @@ pub struct Level {
     pub nodes: Vec<usize>,
 }
 
-/// A structure that has passed every check of its description.
+/// A structure whose description has passed all checks.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Structure {
@@ -120,7 +119,7 @@ pub struct Structure {
     pub nodes: Vec<Node>,
     /// Members, in the order of the description.
     pub members: Vec<Member>,
-    /// Modules, lowest first as the description has them.
+    /// Modules, lowest first, in the order of the description.
     pub modules: Vec<Module>,
 }
 
@@ -148,21 +147,21 @@ impl Structure {
         self.members.iter().position(|member| &member.name == name)
     }
 
-    /// The member that a gage sits on.
+    /// The member to which a gage is attached.
     #[must_use]
     pub fn gage_member(&self, gage: &Gage) -> &Member {
-        // Validation has found the gage's member in this very list.
+        // Validation has found the gage's member in this list.
         &self.members[gage.member]
     }
 
-    /// Length of the member that a gage sits on: strain × length is what the gage reads \[m\].
+    /// Length of the member of a gage: the gage reads strain × length \[m\].
     #[must_use]
     pub fn gage_length_m(&self, gage: &Gage) -> f64 {
         self.gage_member(gage).length_m
     }
 
-    /// All mass lumped at each node: its share of the storey and half of each member that ends
-    /// there, times its factor \[kg\]; one value per node.
+    /// The total mass lumped at each node: its share of the storey and half of each member that ends there, times its
+    /// factor \[kg\]; one value per node.
     #[must_use]
     pub fn nodal_masses_kg(&self) -> Vec<f64> {
         let mut masses: Vec<f64> = self.nodes.iter().map(|node| node.mass_kg).collect();

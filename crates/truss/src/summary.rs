@@ -1,4 +1,4 @@
-//! The structure in figures, for people.
+//! Key figures of a structure, for people.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use crate::modal::Modes;
 use crate::model_error::ModelError;
 use crate::structure::{Module, Structure};
 
-/// How many modes are listed.
+/// Number of modes listed.
 const MODES_LISTED: usize = 6;
 
 /// Counts, masses, first modes and equipment of a structure. Prints as a table.
@@ -15,7 +15,7 @@ const MODES_LISTED: usize = 6;
 pub struct StructureSummary {
     /// Name of the structure.
     pub name: String,
-    /// Number of parts that stand by themselves.
+    /// Number of unconnected parts.
     pub parts: usize,
     /// Number of nodes.
     pub nodes: usize,
@@ -27,11 +27,11 @@ pub struct StructureSummary {
     pub degrees_of_freedom: usize,
     /// Mass of the members \[kg\].
     pub member_mass_kg: f64,
-    /// Mass besides the members, that of the storeys \[kg\].
+    /// Mass in addition to the members: that of the storeys \[kg\].
     pub storey_mass_kg: f64,
-    /// Share of the mass in the damping \[1/s\].
+    /// Mass coefficient of the damping \[1/s\].
     pub alpha_per_s: f64,
-    /// Share of the stiffness in the damping \[s\].
+    /// Stiffness coefficient of the damping \[s\].
     pub beta_s: f64,
     /// The first modes.
     pub modes: Vec<ModeSummary>,
@@ -39,7 +39,7 @@ pub struct StructureSummary {
     pub modules: Vec<ModuleSummary>,
 }
 
-/// One mode in figures.
+/// Key figures of a mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModeSummary {
     /// Natural frequency \[Hz\].
@@ -48,7 +48,7 @@ pub struct ModeSummary {
     pub damping_ratio: f64,
 }
 
-/// One module in figures.
+/// Key figures of a module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleSummary {
     /// Name of the module.
@@ -66,10 +66,10 @@ pub struct ModuleSummary {
 }
 
 impl Structure {
-    /// The structure in figures.
+    /// The key figures of the structure.
     ///
     /// # Errors
-    /// A structure from which no model follows.
+    /// The structure does not yield a valid model.
     pub fn summary(&self) -> Result<StructureSummary, ModelError> {
         let parts = self.parts();
         let (mut degrees_of_freedom, mut modes) = (0, Vec::new());

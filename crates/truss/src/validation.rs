@@ -1,7 +1,7 @@
-//! From a description to a [`Structure`], collecting every mistake on the way.
+//! Converts a description to a [`Structure`], collecting all errors.
 //!
-//! What is wrong in one place is kept as a gap (`None`) and does not stop the checks elsewhere;
-//! only a description without any mistake becomes a structure.
+//! An invalid entry is kept as a gap (`None`) so that the other checks continue; only a description without errors
+//! becomes a structure.
 
 mod members;
 mod modules;
@@ -98,7 +98,7 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
         .enumerate()
         .map(|(index, entry)| module(check, index, entry, &context))
         .collect();
-    // As long as a member is wrong, a node may only seem to be idle.
+    // While a member is invalid, a node without members may only seem unused.
     if !member_names.is_broken() && members.iter().all(|placed| placed.member.is_some()) {
         report_idle_nodes(check, &node_lines, &nodes, &members);
     }
@@ -139,7 +139,7 @@ fn node(
     })
 }
 
-/// A node that no member touches has nothing to hold it.
+/// Reports nodes without members, which nothing supports.
 fn report_idle_nodes(
     check: &mut Check,
     lines: &[usize],

@@ -7,8 +7,7 @@ use crate::member::{Member, MemberKind};
 use crate::structure::{Actuator, Module, Node, Structure};
 
 impl Structure {
-    /// The description in explicit form: every node and member written out, one a line. Reading it
-    /// gives the same structure again.
+    /// The description in explicit form: every node and member on a line. Reading it yields the same structure.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut text = String::new();
@@ -124,7 +123,7 @@ fn write_sections(out: &mut String, structure: &Structure) -> fmt::Result {
 
 fn write_module(out: &mut String, structure: &Structure, module: &Module) -> fmt::Result {
     writeln!(out, "\n[[modules]]\nname = \"{}\"", module.name)?;
-    // Left out, it is all that the module shares with those before it: nothing, if there are none.
+    // If omitted, it comprises all nodes shared with earlier modules, none for the first module.
     if structure.modules.len() > 1 || !module.lower_interface.is_empty() {
         let nodes = quoted(module.lower_interface.iter().map(|&n| &structure.nodes[n].name));
         writeln!(out, "lower_interface = [{nodes}]")?;

@@ -64,7 +64,7 @@ impl Gaps {
         }
     }
 
-    /// Of the numbers below this one, nobody knows which were given: those that were not known of are passed over.
+    /// Skips to this number: whether unknown numbers below it were used cannot be determined.
     pub fn skip_to(&mut self, number: u64) {
         self.end = self.end.max(number);
     }

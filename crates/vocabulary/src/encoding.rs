@@ -34,8 +34,8 @@ pub trait Message: Serialize + DeserializeOwned + JsonSchema {
     }
 }
 
-/// Reads a sum type whose fields stand among those of what it is part of. Its tag is a word: read as it comes, `flatten`
-/// takes a number for the variant's index.
+/// Deserializes a sum type that is flattened into its parent. Its tag is read as text, because `flatten` would take a
+/// number for the variant's index.
 pub(crate) fn tagged_by_word<'de, D, T>(deserializer: D) -> Result<T, D::Error>
 where
     D: Deserializer<'de>,

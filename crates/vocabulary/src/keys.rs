@@ -55,9 +55,9 @@ pub enum Topic {
     Configuration,
     /// What it saw around the onset of a fault.
     FreezeFrame,
-    /// Commands of whoever names himself in the message.
+    /// Commands whose message names the issuer.
     Command(OrderKind),
-    /// Commands of an operator whom access control admits to this key and to no other one's.
+    /// Commands of an operator; access control admits only that operator to this key.
     CommandOf(OrderKind, OperatorName),
     /// Its liveliness token.
     Alive,
@@ -97,19 +97,19 @@ pub enum Key {
     },
 }
 
-/// A text that is no key of trusswatch.
+/// An invalid key.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum KeyError {
     /// It does not start right or has too few parts.
     #[error("key does not read `{ROOT}/STRUCTURE/MODULE/TOPIC`")]
     Form,
-    /// The last parts name nothing.
+    /// The last parts are not a topic.
     #[error("`{0}` is no topic")]
     Topic(String),
     /// A part is not a name.
     #[error(transparent)]
     Name(#[from] NameError),
-    /// The component of a fault or an identification is none.
+    /// The component of a fault or an identification is invalid.
     #[error(transparent)]
     Component(#[from] ComponentError),
 }

@@ -18,7 +18,7 @@ pub enum QuestionError {
         /// What it is.
         value: String,
     },
-    /// A parameter is none of the values that there are.
+    /// A parameter has a value that is not among the known ones.
     #[error("`{name}` is `{value}`; use {known}")]
     Unknown {
         /// Which.

@@ -1,13 +1,13 @@
-//! An alarm that is set aside for a time: shelved by an operator, or suppressed while its module is maintained
-//! (ISA-18.2). Not a state of the component but a property beside it: diagnosis goes on underneath.
+//! An alarm that is shelved by an operator, or suppressed while its module is maintained (ISA-18.2). This is a property
+//! beside the component's state; diagnosis continues meanwhile.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Shortest and longest time for which an alarm may be set aside \[s\]; it always comes back by itself.
+/// Shortest and longest time of shelving and suppression \[s\]; the alarm always returns automatically.
 pub const SHELVING_SECONDS: std::ops::RangeInclusive<u64> = 1..=31 * 24 * 3600;
 
-/// By this a clock may stand before the beginning of a span and count as right \[ns\].
+/// Tolerated clock skew before the beginning of a span \[ns\].
 const SET_BACK_NS: u64 = 60_000_000_000;
 
 /// From when to when an alarm is set aside, by the clock of its module.
@@ -20,8 +20,8 @@ pub struct Span {
 }
 
 impl Span {
-    /// Whether it is over. It is as well if the clock stands long before its beginning: a clock that was set back must
-    /// not keep an alarm away.
+    /// Whether it has expired. It also counts as expired if the clock is far before its beginning: a clock that was set
+    /// back must not hide an alarm.
     #[must_use]
     pub fn is_over(&self, now_unix_ns: u64) -> bool {
         now_unix_ns >= self.until_unix_ns
@@ -52,7 +52,7 @@ impl Shelving {
     }
 }
 
-/// That an alarm is set aside, and which way.
+/// How an alarm is hidden: shelved or suppressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Aside<'a> {
     /// This component alone.

@@ -181,7 +181,7 @@ impl FaultTransition {
         !(is_of_present && self.detection_step.is_some_and(|detected| from <= detected))
     }
 
-    /// Whether its alarm is set aside at present, and which way: of two, the one that ends later.
+    /// How its alarm is hidden at present, if it is; of two ways the one that ends later.
     #[must_use]
     pub fn aside(&self) -> Option<Aside<'_>> {
         let shelved = self.shelved.as_ref();

@@ -1,4 +1,4 @@
-//! Means of what a module measures, over windows that begin and end at the same steps in every module.
+//! Means of a module's measurements, over windows that begin and end at the same steps in every module.
 
 use crate::Step;
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! What every request sees.
+//! The state shared by all request handlers.
 
 use std::sync::Arc;
 
@@ -12,28 +12,28 @@ use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
 
-/// What every request sees.
+/// The state shared by all request handlers.
 #[derive(Debug)]
 pub(crate) struct App {
-    /// The structure, as it is observed.
+    /// The observed structures.
     pub(crate) observed: Arc<Observed>,
-    /// Who has signed in, and what each may order.
+    /// Access control: sessions and permissions.
     pub(crate) access: Arc<Access>,
-    /// Only this structure; otherwise every one that is seen.
+    /// The structure to show; otherwise all observed structures.
     pub(crate) structure: Option<StructureName>,
-    /// The operator whose certificate this process shows: access control admits orders under his name only.
+    /// The operator in this process's certificate: access control admits orders only under this name.
     pub(crate) operator: Option<OperatorName>,
-    /// The drawing of a structure, if one was given.
+    /// The drawing of a structure, if configured.
     pub(crate) drawing: Option<LinkedDrawing>,
     /// The pages that are kept up to date.
     pub(crate) streams: Streams,
-    /// What is counted.
+    /// Metrics.
     pub(crate) metrics: Metrics,
-    /// Whether the process is to end: open streams then do.
+    /// Whether the process is shutting down, upon which open streams end.
     pub(crate) shutdown: Shutdown,
 }
 
-/// The same, for handlers.
+/// Shared reference for handlers.
 pub(crate) type Shared = Arc<App>;
 
 impl FromRef<Shared> for Metrics {

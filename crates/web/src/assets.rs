@@ -14,7 +14,7 @@ const ALARM_FILL: &str = "#b3261e";
 pub(crate) const ICON_PATH: &str = "/icon.svg";
 pub(crate) const ALARM_ICON_PATH: &str = "/alarm.svg";
 
-/// Another version of the program has others: they are fetched with every page, and are small.
+/// Another version of the program has different assets: browsers revalidate them with every page; they are small.
 const CACHING: &str = "no-cache";
 
 pub(crate) async fn style() -> impl IntoResponse {

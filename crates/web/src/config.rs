@@ -1,4 +1,4 @@
-//! Where the page is served, and what it shows.
+//! Configuration of the web page.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -9,25 +9,25 @@ use vocabulary::{ModuleName, StructureName};
 
 use crate::listener::ListenerSettings;
 
-/// Where the page is served, and what it shows.
+/// Configuration of the web page.
 #[derive(Debug, Clone)]
 pub struct WebConfig {
-    /// The place on the network.
+    /// The network to connect to.
     pub network: Network,
-    /// Only this structure; otherwise every one that is seen.
+    /// The structure to show; otherwise all observed structures.
     pub structure: Option<StructureName>,
-    /// Modules that should be there.
+    /// Modules that should be running.
     pub expected: Vec<ModuleName>,
-    /// Where the page is served, and over what.
+    /// Addresses and protocol of the page.
     pub listener: ListenerSettings,
-    /// Whether only those who have signed in see anything.
+    /// Whether pages require sign-in.
     pub require_sign_in: bool,
-    /// A directory with the certificates that are revoked, such as a copy of `pki/revoked`.
+    /// A directory of revoked certificates, such as a copy of `pki/revoked`.
     pub revoked: Option<PathBuf>,
-    /// The structure that is drawn.
+    /// The structure to draw.
     pub drawing: Option<Structure>,
-    /// Where what outlives the process is kept: one-time links.
+    /// The directory for persistent state: one-time links.
     pub state_dir: Option<PathBuf>,
-    /// How long an answer of a module is waited for.
+    /// Timeout for answers of modules.
     pub timeout: Duration,
 }

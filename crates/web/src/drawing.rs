@@ -1,4 +1,4 @@
-//! The structure drawn with the states of its components.
+//! Draws the structure with the states of its components.
 
 use figure::structure::{SignLook, StructurePlan};
 use maud::{Markup, PreEscaped, html};
@@ -9,7 +9,7 @@ use vocabulary::{ComponentPath, StructureName};
 use crate::look;
 use crate::view::LinkedScene;
 
-/// A structure that is laid out.
+/// The layout of a structure.
 #[derive(Debug)]
 pub(crate) struct LinkedDrawing {
     structure: StructureName,
@@ -21,12 +21,12 @@ impl LinkedDrawing {
         Self { structure: structure.name.clone(), plan: StructurePlan::of(structure) }
     }
 
-    /// Whether it shows this structure.
+    /// Whether the drawing shows this structure.
     pub(crate) fn is_of(&self, structure: &StructureName) -> bool {
         self.structure == *structure
     }
 
-    /// The drawing, in which only the signs change.
+    /// The drawing; only the signs change over time.
     pub(crate) fn markup(&self, view: &LinkedScene<'_>) -> Markup {
         let name = &self.structure;
         html! {
@@ -37,7 +37,7 @@ impl LinkedDrawing {
         }
     }
 
-    /// A link for each component, as it is now.
+    /// A sign with a link for each component, in its present state.
     pub(crate) fn signs(&self, view: &LinkedScene<'_>) -> Markup {
         PreEscaped(self.plan.signs(|component| self.look(view, component)))
     }
@@ -45,7 +45,7 @@ impl LinkedDrawing {
     fn look(&self, view: &LinkedScene<'_>, component: &ComponentPath) -> SignLook {
         let href = view.component(Some(&self.structure), component);
         match view.scene.component(Some(&self.structure), component) {
-            // No module diagnoses it, or nothing has been heard of it.
+            // No module diagnoses the component, or no state has arrived yet.
             None => SignLook {
                 class: "absent".to_owned(),
                 badge: String::new(),
@@ -54,7 +54,7 @@ impl LinkedDrawing {
             },
             Some(state) => {
                 let row = StateRow::of_component(state);
-                // What is normal draws no attention to itself.
+                // Normal states are drawn without emphasis.
                 let is_quiet = matches!(row.sign, "normal" | "unverified");
                 SignLook {
                     class: look::classes(&row),

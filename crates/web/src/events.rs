@@ -1,4 +1,4 @@
-//! What has happened, the latest first, as it happens.
+//! Events, latest first, updated live.
 
 use axum::extract::State;
 use axum::response::Response;
@@ -14,7 +14,7 @@ use crate::view::LinkedScene;
 
 /// What the page shows.
 pub(crate) const TITLE: &str = "Events";
-/// Events on the overview, and on the page of their own.
+/// Most events on the overview, and on the events page.
 const FEW: usize = 6;
 const MANY: usize = 200;
 
@@ -41,12 +41,12 @@ pub(crate) fn main(view: &LinkedScene<'_>) -> Markup {
     }
 }
 
-/// What changes in it.
+/// The parts that change.
 pub(crate) fn parts(view: &LinkedScene<'_>) -> Vec<PagePart> {
     vec![part("events", list(view, MANY))]
 }
 
-/// The latest few.
+/// The latest events, for the overview.
 pub(crate) fn latest(view: &LinkedScene<'_>) -> Markup {
     list(view, FEW)
 }
@@ -60,7 +60,7 @@ fn list(view: &LinkedScene<'_>, most: usize) -> Markup {
     }
 }
 
-/// When, what, where and why.
+/// Time, event, subject and reason.
 fn line(view: &LinkedScene<'_>, event: &ObservedEvent) -> Markup {
     let line = EventLine::of(event);
     html! {

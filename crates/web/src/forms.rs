@@ -1,5 +1,5 @@
-//! The forms in which orders are given. They stand outside what is replaced while somebody looks, so that nothing that
-//! is being typed is lost. Who may not order gets none.
+//! Forms for orders. They stand outside the parts that are updated live, so that text being typed is not lost. Users
+//! who may not send orders get no forms.
 
 use maud::{Markup, html};
 use observer::ModuleView;
@@ -7,7 +7,7 @@ use vocabulary::{FaultTransition, StructureName};
 
 use crate::access::{Person, Viewer};
 
-/// Orders about a component.
+/// Forms for orders about a component.
 pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (Some(&transition.structure), &transition.component.to_string());
@@ -25,7 +25,7 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
     }
 }
 
-/// Orders about a module.
+/// Forms for orders about a module.
 pub(crate) fn of_module(viewer: &Viewer, module: &ModuleView, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (module.structure.as_ref(), module.module.as_str());
@@ -57,7 +57,7 @@ fn refusal(viewer: &Viewer) -> Markup {
     }
 }
 
-/// What an order is about, and where the page goes on afterwards.
+/// The subject of an order, and the page to return to.
 struct OrderForm<'a> {
     what: &'a str,
     name: &'a str,

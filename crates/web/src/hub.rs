@@ -1,4 +1,4 @@
-//! Work that goes on only while somebody looks at what comes of it, once for all who look.
+//! Shares background work among viewers: each task runs once for all its viewers, and only while there are any.
 
 use std::collections::HashMap;
 use std::fmt;
@@ -10,13 +10,13 @@ use std::time::Duration;
 use parking_lot::Mutex;
 use tokio::sync::watch::{Receiver, Sender, channel};
 
-/// How long work goes on after the last has looked away: a reload does not begin it anew.
+/// How long a task runs on without viewers, so that reloading a page does not restart it.
 pub(crate) const LINGER: Duration = Duration::from_secs(10);
 
-/// Each work by its key, with the latest that came of it.
+/// The running tasks by key, each with its latest result.
 pub(crate) struct Hub<K, V> {
     running: Arc<Mutex<HashMap<K, Sender<V>>>>,
-    /// How long it goes on after the last has looked away.
+    /// How long a task runs on without viewers.
     linger: Duration,
 }
 
@@ -35,7 +35,7 @@ where
         Self { running: Arc::default(), linger }
     }
 
-    /// Looks at the work of this key; if there is none, it is begun, with `first` until something comes of it.
+    /// Subscribes to the task with this key; starts it if it is not running, with `first` as the initial result.
     pub(crate) fn look<F>(&self, key: K, first: V, work: impl FnOnce(Sender<V>) -> F) -> Receiver<V>
     where
         F: Future<Output = ()> + Send + 'static,
@@ -56,14 +56,14 @@ where
         receiver
     }
 
-    /// How much work goes on.
+    /// The number of running tasks.
     #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
         self.running.lock().len()
     }
 }
 
-/// Resolves when nobody has looked for a while; then the work is no longer listed.
+/// Resolves once the task has had no viewers for a while, and removes it from the list.
 async fn abandoned<K: Eq + Hash, V>(
     all: &Mutex<HashMap<K, Sender<V>>>,
     key: &K,
@@ -79,7 +79,7 @@ async fn abandoned<K: Eq + Hash, V>(
     }
 }
 
-/// Under the lock, so that nobody begins to look at what ends.
+/// Checks and removes under the lock, so that no viewer subscribes to a task that is ending.
 fn removed<K: Eq + Hash, V>(
     all: &Mutex<HashMap<K, Sender<V>>>,
     key: &K,

@@ -1,4 +1,4 @@
-//! What all pages have in common.
+//! The layout common to all pages.
 
 use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
@@ -11,11 +11,11 @@ use crate::{assets, look};
 
 /// A page.
 pub(crate) struct Page<'a> {
-    /// What it shows, for the title.
+    /// The subject, for the title.
     pub(crate) title: &'a str,
-    /// The place in the navigation that it is reached from.
+    /// The highlighted entry of the navigation.
     pub(crate) place: &'a str,
-    /// What the script asks for to keep it up to date; empty if nothing in it changes.
+    /// The URL parameters that the script sends to keep the page up to date; empty for a static page.
     pub(crate) live: String,
     pub(crate) viewer: &'a Viewer,
     pub(crate) scene: &'a Scene,
@@ -25,12 +25,12 @@ const PLACES: [(&str, &str); 3] =
     [("/", "Overview"), ("/events", "Events"), ("/history", "History")];
 
 impl Page<'_> {
-    /// The page with this main part.
+    /// Wraps this main part into a page.
     pub(crate) fn around(&self, main: &Markup) -> Response {
         Html(self.markup(main).into_string()).into_response()
     }
 
-    /// The same, for what could not be done.
+    /// Likewise, for a request that failed.
     pub(crate) fn refusing(&self, status: StatusCode, main: &Markup) -> Response {
         (status, self.around(main)).into_response()
     }
@@ -106,7 +106,7 @@ fn attention(scene: &Scene) -> usize {
     alarms(&scene.modules).iter().filter(|row| row.urgency.needs_attention()).count()
 }
 
-/// The page of something that is not known.
+/// The page for an unknown module or component.
 pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
     let page = Page { title: "Not known", place: "", live: String::new(), viewer, scene };
     page.refusing(
@@ -118,8 +118,9 @@ pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response
     )
 }
 
-/// The time of what is shown, by the clock here. With a network it is that of the scene: should what keeps the scene up
-/// to date hang, the page grows old. Without one, that nothing is known is true now.
+/// The time of the shown state, by the local clock. With a network it is the scene's time, so that the page visibly
+/// ages if the task that updates the scene hangs. Without a network it is the present, because "nothing is known" is
+/// true now.
 pub(crate) fn clock(scene: &Scene) -> Markup {
     look::when(match scene.network {
         NetworkState::Open => scene.time_unix_ns,
@@ -127,7 +128,7 @@ pub(crate) fn clock(scene: &Scene) -> Markup {
     })
 }
 
-/// What stands between this process and the structure; nothing if all is well.
+/// A problem with the connection to the structure; empty without one.
 pub(crate) fn network(scene: &Scene) -> Markup {
     let words = match &scene.network {
         NetworkState::Opening => "Connecting: the present state is unknown.".to_owned(),

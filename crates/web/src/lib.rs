@@ -1,23 +1,23 @@
-//! The web page: what operators look at, and the orders that they give.
+//! The web page for operators: shows the structure and sends orders.
 //!
 //! | file | what |
 //! |---|---|
-//! | `config` | where it is served, and what it shows |
-//! | `server` | the process, from its start to its end |
-//! | `router` | which path leads where |
-//! | `app` | what every request sees, and what is counted |
-//! | `access` | who it is, and what he may do |
-//! | `orders` | forms that order something |
+//! | `config` | configuration |
+//! | `server` | the process, from start to shutdown |
+//! | `router` | maps paths to handlers |
+//! | `app` | the state shared by all request handlers |
+//! | `access` | authentication and authorization |
+//! | `orders` | handles submitted orders |
 //! | `listener` | addresses, TLS, limits |
-//! | `view` | a scene with the links that lead on from it |
-//! | `look`, `drawing` | how a state looks; the structure drawn with the states of its components |
-//! | `layout`, `assets` | what all pages have in common; style sheet and script |
+//! | `view` | a scene with links to pages |
+//! | `look`, `drawing` | how states look; draws the structure with the states of its components |
+//! | `layout`, `assets` | the common layout; style sheet and script |
 //! | `overview`, `component`, `module`, `history`, `events` | the pages |
-//! | `forms` | the forms in which orders are given |
-//! | `live_page`, `part` | which page is kept up to date, and its parts |
-//! | `stream` | parts of pages as they change |
-//! | `observed` | the scene, and what is asked of modules, once for all pages |
-//! | `hub` | work that goes on only while somebody looks |
+//! | `forms` | forms for orders |
+//! | `live_page`, `part` | a page that is kept up to date, and its parts |
+//! | `stream` | sends changed parts of pages |
+//! | `observed` | the scene and answers of modules, shared by all pages |
+//! | `hub` | background work shared by viewers |
 //! | `metrics` | `/metrics` and `/healthz` |
 
 mod access;

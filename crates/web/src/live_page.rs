@@ -1,4 +1,4 @@
-//! Which page is kept up to date.
+//! Identifies a page that is kept up to date.
 
 use observer::{ComponentId, ModuleId, Scene};
 use serde::Deserialize;
@@ -13,8 +13,8 @@ pub(crate) enum LivePage {
     Component(ComponentId),
 }
 
-/// The parameters of an address. With several structures, pages of modules and components have the structure; the script
-/// names the page, too.
+/// Query parameters. If several structures are shown, pages of modules and components name the structure; the script
+/// also names the page.
 #[derive(Debug, Default, Deserialize)]
 pub(crate) struct PageParameters {
     #[serde(default)]
@@ -24,13 +24,13 @@ pub(crate) struct PageParameters {
 }
 
 impl PageParameters {
-    /// The structure that is named.
+    /// The structure named in the parameters.
     pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
         let parsed = self.structure.as_deref().map(str::parse).transpose();
         parsed.map_err(|error: vocabulary::NameError| format!("structure: {error}"))
     }
 
-    /// The page, if it is of something in the scene: nothing is done for names that are made up.
+    /// The page, if its subject is in the scene, so that invented names cause no work.
     pub(crate) fn page(&self, scene: &Scene) -> Result<LivePage, String> {
         let structure = self.structure()?;
         let of = self.of.as_deref().unwrap_or_default();
@@ -55,9 +55,9 @@ impl PageParameters {
 }
 
 impl LivePage {
-    /// How the script asks for it.
+    /// The query parameters that the script sends.
     pub(crate) fn parameters(&self) -> String {
-        // Names need no escaping in a URL.
+        // Names consist of characters that need no escaping in a URL.
         match self {
             LivePage::Overview => "page=overview".to_owned(),
             LivePage::Events => "page=events".to_owned(),

@@ -1,10 +1,10 @@
-//! How a state looks: never by colour alone, but by a sign and by words as well.
+//! How a state looks: never by colour alone, always with a sign and words.
 
 use maud::{Markup, html};
 use observer::{EventLine, ModuleView, StateRow};
 use vocabulary::words::utc;
 
-/// Every sign: its name, its outline and what is written in it, on a field of 16 × 16.
+/// Every sign: name, outline, and content on a canvas of 16 × 16.
 const SIGNS: [(&str, &str, &str); 8] = [
     ("latched", "M5 .8h6L15.2 5v6L11 15.2H5L.8 11V5z", "M8 3.6v5.6M8 11.4v1.4"),
     ("acknowledged", "M5 .8h6L15.2 5v6L11 15.2H5L.8 11V5z", "M4.6 8.2l2.4 2.5 4.4-5"),
@@ -28,10 +28,10 @@ const SIGNS: [(&str, &str, &str); 8] = [
     ("normal", "M8 2.6a5.4 5.4 0 1 1 0 10.8A5.4 5.4 0 0 1 8 2.6z", "M5.6 8.2l1.7 1.7 3.1-3.6"),
 ];
 
-/// Signs that are not filled: what somebody knows of already, what is not certain.
+/// Hollow signs: for faults that are acknowledged and states that are not certain.
 const HOLLOW: [&str; 3] = ["acknowledged", "tentative", "unverified"];
 
-/// The signs, to be drawn once in a page and referred to from everywhere.
+/// The definitions of the signs, once per page.
 pub(crate) fn signs() -> Markup {
     html! {
         svg.signs width="0" height="0" aria-hidden="true" focusable="false" {
@@ -45,36 +45,36 @@ pub(crate) fn signs() -> Markup {
     }
 }
 
-/// A sign beside words.
+/// A sign to be placed beside words.
 pub(crate) fn sign(class: &str) -> Markup {
     html! {
         svg.sign aria-hidden="true" focusable="false" { use href={ "#sign-" (class) } {} }
     }
 }
 
-/// The class of a state, which is also the name of its sign, and whether its alarm is shelved or suppressed.
+/// The CSS class of a state, which is also the name of its sign, and whether its alarm is shelved or suppressed.
 pub(crate) fn classes(row: &StateRow) -> String {
     let aside = if row.is_set_aside { " aside" } else { "" };
     format!("{}{aside}", row.sign)
 }
 
-/// A state: sign and words.
+/// A state as sign and words.
 pub(crate) fn state(row: &StateRow) -> Markup {
     html! { span.state.(classes(row)) { (sign(row.sign)) (row.state) } }
 }
 
-/// What happened: sign and words.
+/// An event as sign and words.
 pub(crate) fn event(line: &EventLine) -> Markup {
     html! { span.state.(line.sign) { (sign(line.sign)) (line.what) } }
 }
 
-/// A module's phase, or that it does not answer: sign and words.
+/// A module's phase, or that it does not answer, as sign and words.
 pub(crate) fn condition(module: &ModuleView) -> Markup {
     let class = observer::sign(module.tone());
     html! { span.state.(class) { (sign(class)) (module.condition()) } }
 }
 
-/// A time to the second; to the millisecond for machines and for those who point at it.
+/// A time to the second; to the millisecond in the machine-readable attribute and the tooltip.
 pub(crate) fn when(time_unix_ns: u64) -> Markup {
     let exact = utc(time_unix_ns);
     let shown = exact.split('.').next().unwrap_or_default().replace('T', " ");

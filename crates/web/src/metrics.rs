@@ -1,4 +1,4 @@
-//! What is counted, and whether the process is well.
+//! Metrics and the health of the process.
 
 use std::fmt;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use shell::supervision::Pulse;
 const TEXT: &str = "text/plain; charset=utf-8";
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// What is counted as long as the process lives.
+/// Counters since the start of the process.
 #[derive(Debug, Default)]
 struct WebCounters {
     requests: AtomicU64,
@@ -24,7 +24,7 @@ struct WebCounters {
     updates: AtomicU64,
 }
 
-/// The counters, and the progress of the process.
+/// The counters, and the process's progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Metrics {
     counters: Arc<WebCounters>,
@@ -56,14 +56,14 @@ impl Metrics {
         self.counters.updates.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Streams that are open.
+    /// The number of open streams.
     pub(crate) fn streams(&self) -> u64 {
         let closed = self.counters.streams_closed.load(Ordering::Relaxed);
         self.counters.streams_opened.load(Ordering::Relaxed).saturating_sub(closed)
     }
 }
 
-/// What is written of it at one moment.
+/// The metrics at one moment.
 struct WebReport {
     process: ProcessReport,
     requests: u64,
@@ -99,7 +99,7 @@ pub(crate) async fn metrics(State(metrics): State<Metrics>) -> Response {
     }
 }
 
-/// `/healthz`: whether the process is live. Whether anything is known of the structure, the page shows.
+/// `/healthz`: whether the process is live. Whether the structure is observable, the page shows.
 pub(crate) async fn healthz(State(metrics): State<Metrics>) -> Response {
     let condition = live(metrics.pulse.sign(Instant::now()));
     let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };

@@ -17,7 +17,7 @@ use crate::overview::{alarms, modules};
 use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
 
-/// The columns of peers, and whether numbers stand in them.
+/// The columns of the table of peers, and whether they are numeric.
 const PEER_COLUMNS: [(&str, bool); 7] = [
     ("peer", false),
     ("presence", false),
@@ -58,7 +58,7 @@ pub(crate) fn title(id: &ModuleId) -> String {
     format!("Module {}", id.module)
 }
 
-/// What changes in it.
+/// The parts that change.
 pub(crate) fn parts(view: &LinkedScene<'_>, id: &ModuleId) -> Vec<PagePart> {
     match view.scene.view_of(id) {
         Some(module) => vec![part("module", body(view, module))],

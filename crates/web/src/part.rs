@@ -1,4 +1,4 @@
-//! A part of a page, with the number of its latest change; the parts of all pages that somebody looks at.
+//! A part of a page, with the number of its latest change; and the parts of all viewed pages.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use super::live_page::LivePage;
 use crate::hub::{Hub, LINGER};
 
-/// A part as it was rendered: the identifier of its element, and what stands in that.
+/// A rendered part: the identifier of its element, and the content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub(crate) struct PagePart {
     pub(crate) id: &'static str,
@@ -27,19 +27,19 @@ pub(crate) struct Parts(Vec<Ready>);
 #[derive(Debug, Clone)]
 struct Ready {
     part: PagePart,
-    /// As JSON, written once for all who get it.
+    /// JSON, encoded once for all viewers.
     json: Arc<str>,
-    /// In which of the parts' versions it changed last.
+    /// The version in which the part last changed.
     version: u64,
 }
 
 impl Parts {
-    /// The version of the latest change; 0 before there is anything.
+    /// The version of the latest change; 0 before the first.
     pub(crate) fn version(&self) -> u64 {
         self.0.iter().map(|ready| ready.version).max().unwrap_or_default()
     }
 
-    /// The next version, if anything has changed. Parts that have not keep theirs.
+    /// The next version, if a part has changed. Unchanged parts keep their version.
     pub(crate) fn next(&self, parts: Vec<PagePart>) -> Option<Parts> {
         let version = self.version() + 1;
         let next: Vec<Ready> = parts
@@ -49,7 +49,7 @@ impl Parts {
                 match known.filter(|ready| ready.part == part) {
                     Some(same) => same.clone(),
                     None => {
-                        // Two strings: they can always be written.
+                        // Two strings can always be encoded.
                         let json = serde_json::to_string(&part).unwrap_or_default().into();
                         Ready { part, json, version }
                     }
@@ -60,7 +60,7 @@ impl Parts {
         (next.version() == version).then_some(next)
     }
 
-    /// What has changed since a version, as a list in JSON; `None` if nothing has.
+    /// The parts changed since a version, as a JSON list; `None` if there are none.
     pub(crate) fn since(&self, version: u64) -> Option<String> {
         let changed: Vec<&str> = self
             .0
@@ -72,10 +72,10 @@ impl Parts {
     }
 }
 
-/// Streams at a time; further pages poll.
+/// Most streams at a time; further pages poll.
 pub(crate) const MOST: usize = 256;
 
-/// The pages that somebody looks at, and places for streams.
+/// The pages being viewed, and permits for streams.
 #[derive(Debug)]
 pub(crate) struct Streams {
     pub(crate) pages: Hub<LivePage, Arc<Parts>>,
@@ -89,7 +89,7 @@ impl Default for Streams {
 }
 
 impl Streams {
-    /// A place for a stream, unless all are taken.
+    /// A permit for a stream, unless the maximum is reached.
     pub(crate) fn place(&self) -> Option<OwnedSemaphorePermit> {
         Arc::clone(&self.places).try_acquire_owned().ok()
     }

@@ -1,4 +1,4 @@
-//! Which path leads where.
+//! Maps paths to handlers.
 
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ use crate::{
     access, assets, component, events, history, metrics, module, orders, overview, stream,
 };
 
-/// Everything that can be looked at and ordered, behind what every request has to pass.
+/// All routes, behind the guard.
 pub(crate) fn router(app: Shared) -> Router {
     access::protect(pages(app.clone()), Arc::clone(&app.access))
 }

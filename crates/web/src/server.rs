@@ -1,4 +1,4 @@
-//! The process: it serves at once, and whatever comes of the network is shown.
+//! The process: it serves pages at once and shows the state of the network connection.
 
 use std::fs::DirBuilder;
 use std::os::unix::fs::DirBuilderExt;
@@ -20,15 +20,15 @@ use crate::observed::Observed;
 use crate::part::Streams;
 use crate::router::router;
 
-/// From one status to the next; each is a watchdog heartbeat.
+/// Interval of status updates, each of which is a watchdog heartbeat.
 const EVERY: Duration = Duration::from_millis(250);
-/// How long answers that are under way at the end may take.
+/// Time for responses in progress at shutdown.
 const DRAINING: Duration = Duration::from_secs(2);
 
-/// Serves the page until it is asked to end, whether or not there is a network.
+/// Serves the page until shutdown, with or without a network.
 ///
 /// # Errors
-/// The state directory or the address cannot be had, or serving fails.
+/// The state directory cannot be created, the address cannot be bound, or serving fails.
 pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let supervisor = Supervisor::from_environment();
     make_state_directory(&config)?;
@@ -42,7 +42,7 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     outcome
 }
 
-/// Whoever makes a link puts it there.
+/// `trusswatch web` and the command that creates links share this directory.
 fn make_state_directory(config: &WebConfig) -> Result<(), Failure> {
     let Some(directory) = &config.state_dir else { return Ok(()) };
     let made = DirBuilder::new().recursive(true).mode(0o700).create(directory);
@@ -52,7 +52,7 @@ fn make_state_directory(config: &WebConfig) -> Result<(), Failure> {
     })
 }
 
-/// What requests see. The session is opened meanwhile.
+/// The shared state of request handlers. Opens the session in the background.
 pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown) -> Shared {
     let access = AccessSettings {
         site: config.listener.site(),
@@ -94,7 +94,7 @@ async fn serve_until_done(
         supervisor.progress();
         supervisor.status(&status(app));
         tokio::select! {
-            // In this order: serving ends on request, too.
+            // In this order, because serving also ends on shutdown.
             biased;
             () = shutdown.requested() => {}
             ended = &mut serving => return Err(Failure::running("web server failed", reason(ended))),
@@ -102,7 +102,7 @@ async fn serve_until_done(
         }
     }
     supervisor.stopping();
-    // Streams end by themselves; who is slow is not waited for longer.
+    // Streams end on their own; slow connections are dropped.
     if tokio::time::timeout(DRAINING, serving).await.is_err() {
         tracing::warn!("shutdown timed out after {DRAINING:?} before all responses were sent");
     }

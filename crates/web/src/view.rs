@@ -1,13 +1,13 @@
-//! A scene with the links that lead on from it.
+//! A scene with links to its pages.
 
 use observer::{ModuleView, Scene};
 use vocabulary::{ComponentPath, ModuleName, StructureName};
 
-/// What a page shows of a scene.
+/// The part of a scene that a page shows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LinkedScene<'a> {
     pub(crate) scene: &'a Scene,
-    /// Whether links have to say of which structure something is.
+    /// Whether links must name the structure.
     pub(crate) several: bool,
 }
 
@@ -16,7 +16,7 @@ impl<'a> LinkedScene<'a> {
         Self { scene, several: scene.structures().count() > 1 }
     }
 
-    /// The modules of each structure. Modules that are only expected belong to none yet.
+    /// The modules of each structure. Modules that are only expected belong to no structure yet.
     pub(crate) fn structures(
         &self,
     ) -> impl Iterator<Item = (Option<&'a StructureName>, &'a [ModuleView])> {
@@ -26,7 +26,7 @@ impl<'a> LinkedScene<'a> {
         self.scene.structures().map(named)
     }
 
-    /// Where a component's page is.
+    /// The link to a component's page.
     pub(crate) fn component(
         &self,
         structure: Option<&StructureName>,
@@ -35,7 +35,7 @@ impl<'a> LinkedScene<'a> {
         self.of(structure, format!("/component/{path}"))
     }
 
-    /// Where a module's page is.
+    /// The link to a module's page.
     pub(crate) fn module(&self, structure: Option<&StructureName>, module: &ModuleName) -> String {
         self.of(structure, format!("/module/{module}"))
     }

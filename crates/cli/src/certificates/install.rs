@@ -1,4 +1,4 @@
-//! `trusswatch pki install`: identities for this computer's services.
+//! `trusswatch pki install`: installs identities for this computer's services.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

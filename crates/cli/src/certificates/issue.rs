@@ -1,4 +1,4 @@
-//! `trusswatch pki authority`, `issue` and `renew`: a structure's authority, and keys and certificates by it.
+//! `trusswatch pki authority`, `issue` and `renew`: creates a structure's authority, and issues keys and certificates.
 
 use std::io::{self, Write};
 

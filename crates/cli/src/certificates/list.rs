@@ -1,4 +1,4 @@
-//! `trusswatch pki list`: who has a certificate, until when, and what is wrong with it.
+//! `trusswatch pki list`: lists holders, expiry and problems of certificates.
 
 use pki::{Authority, Certificate, CommonName, Generations, Holder, Issued, Library};
 use serde::Serialize;
@@ -21,7 +21,7 @@ pub(super) struct Arguments {
     width: WidthArguments,
 }
 
-/// A certificate as it is listed.
+/// An entry of the list.
 #[derive(Debug, Serialize)]
 struct ListedCertificate {
     holder: String,
@@ -72,14 +72,14 @@ fn entry(
     let certificate = Certificate::read(&identity.certificate).ok();
     let expected = CommonName::new(holder.clone(), authority.structure().clone()).ok();
     let mut problems = identity.problems(expected.as_ref(), &[]);
-    // The key may have gone to its holder, which is where it belongs.
+    // The key may have been moved to its holder, where it belongs.
     if !identity.key.exists() {
         problems.retain(|problem| problem.file != identity.key);
     }
     let left = |read: &Certificate| (read.lifetime.until - pki::lifetime::now()).whole_days();
     let addresses = certificate.iter().flat_map(|read| &read.addresses);
     let mut problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
-    // From a backup, for instance.
+    // Restored from a backup, for instance.
     if library.present(holder).is_some_and(|present| present < generations.of(holder.clone())) {
         let (file, place) = (identity.certificate.display(), library.place_of(holder));
         let right = format!("remove `{}` and issue `{holder}` again", place.display());
@@ -95,7 +95,7 @@ fn entry(
     }
 }
 
-/// The common name of a revoked certificate, and when it ends.
+/// The common name of a revoked certificate, and its expiry.
 fn past(library: &Library, authority: &Authority, issued: &Issued) -> (String, Option<String>) {
     let read = Certificate::read(&library.place_of_revoked(issued)).ok();
     let name = CommonName { issued: issued.clone(), structure: authority.structure().clone() };

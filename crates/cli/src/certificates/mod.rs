@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// A file or directory that cannot be used, or something that cannot be done.
+/// A file or directory is not usable, or the operation failed.
 impl From<IssueError> for Failure {
     fn from(error: IssueError) -> Failure {
         match error {
@@ -79,7 +79,7 @@ impl From<IssueError> for Failure {
     }
 }
 
-/// A directory with whose certificate is in it.
+/// A directory, with the holder of the certificate in it.
 fn summary(directory: &Path) -> Result<String, Failure> {
     let file = Identity::in_directory(directory).certificate;
     let issued = Certificate::read(&file)
@@ -88,7 +88,7 @@ fn summary(directory: &Path) -> Result<String, Failure> {
     Ok(format!("{}: {name}, until {}", directory.display(), day(issued.lifetime)))
 }
 
-/// The day that a certificate ends on, as people write it.
+/// The day on which a certificate expires, in a readable format.
 fn day(lifetime: pki::Lifetime) -> String {
     lifetime.until.date().to_string()
 }

@@ -10,7 +10,7 @@ use pki::browser::{self, BrowserFileError};
 use super::CertificateDirectory;
 use crate::failure::Failure;
 
-/// The password, where no file has it.
+/// The environment variable with the password, used without a password file.
 const VARIABLE: &str = "TRUSSWATCH_P12_PASSWORD";
 
 /// Put a person's key and certificate into a file for browsers

@@ -1,4 +1,4 @@
-//! `trusswatch pki revoke`: a lost key loses its rights.
+//! `trusswatch pki revoke`: revokes the rights of a lost key.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// What remains to be done, and what revoking cannot do.
+/// The remaining steps for the user, and the limits of revocation.
 fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     let Arguments { holder, remove, place, .. } = arguments;
     let directory = place.directory.display();
@@ -76,7 +76,7 @@ fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     text
 }
 
-/// How the holder comes by the new key.
+/// How to install the holder's new key.
 fn installation(holder: &Holder, directory: &Path) -> String {
     let place = directory.display();
     match Service::of(holder) {

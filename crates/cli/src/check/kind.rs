@@ -1,4 +1,4 @@
-//! What kind of file a file is, from its content.
+//! Determines the kind of a file from its content.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ pub(crate) enum FileKind {
 }
 
 impl FileKind {
-    /// Looks at the ending and at the keys that only one kind has.
+    /// Considers the file extension, and the keys that only one kind has.
     ///
     /// # Errors
-    /// What is wrong, and in which line: no TOML, or keys of no kind.
+    /// The problem and its line: the file is not TOML, or its keys do not belong to any kind.
     pub(crate) fn of(file: &Path, text: &str) -> Result<FileKind, (Option<usize>, String)> {
         let ending = file.extension().and_then(|ending| ending.to_str());
         if matches!(ending, Some("json5" | "json")) {
@@ -59,7 +59,7 @@ impl FileKind {
     }
 }
 
-/// The line of a place in a text, counted from 1.
+/// The line of an offset in a text, counted from 1.
 pub(super) fn line_at(text: &str, offset: usize) -> usize {
     text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
 }

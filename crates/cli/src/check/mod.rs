@@ -1,4 +1,4 @@
-//! `trusswatch check`: are these files usable, and what are they?
+//! `trusswatch check`: determines the kinds of files, and checks whether they are valid.
 
 pub(crate) mod kind;
 mod zenoh_settings;
@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if mistakes.is_empty() { Ok(()) } else { Err(Failure::inputs(mistakes)) }
 }
 
-/// What the file is, or what is wrong with it.
+/// The kind of the file, or its problems.
 fn check(file: &Path) -> Result<String, ConfigErrors> {
     if file.is_dir() {
         return zenoh_settings::check_identity(file);
@@ -108,7 +108,7 @@ fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
     ))
 }
 
-/// Thresholds by themselves: whether they fit a module shows when that module's file is checked.
+/// Checks thresholds alone; whether they fit a module is checked with that module's file.
 fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
     let read: Thresholds = parsed(file, text)?;
     let components: Vec<_> = read.thresholds.keys().cloned().collect();
@@ -119,7 +119,7 @@ fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
     Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
 }
 
-/// A reference by itself: whether it fits a module shows when that module's file is checked.
+/// Checks a reference alone; whether it fits a module is checked with that module's file.
 fn reference(file: &Path) -> Result<String, ConfigErrors> {
     let read = load_reference(file)?;
     let problems = read.figure_problems();

@@ -1,4 +1,4 @@
-//! Files of Zenoh's own settings, with the certificates and the access control in them, and directories with a holder's
+//! Checks files of Zenoh's own settings, with their certificates and access control, and directories with a holder's
 //! certificate and key.
 
 use std::path::Path;
@@ -10,10 +10,10 @@ use settings::{ConfigError, ConfigErrors};
 
 use super::mistake as mistake_in;
 
-/// What the settings are, or everything that is wrong with them.
+/// The kind of the settings, or all their problems.
 pub(super) fn check_settings(file: &Path) -> Result<String, ConfigErrors> {
     let config = session::from_file(file).map_err(|error| mistake_in(file, None, error))?;
-    // Zenoh itself checks it only when it starts.
+    // Zenoh itself checks access control only at its start.
     let access = config.get_json("access_control").unwrap_or_default();
     let access: Value = serde_json::from_str(&access).unwrap_or_default();
     let is_enabled = access["enabled"] == true;
@@ -41,7 +41,7 @@ pub(super) fn check_settings(file: &Path) -> Result<String, ConfigErrors> {
     Ok(format!("Zenoh settings, mode {}{subjects}", mode.trim_matches('"')))
 }
 
-/// What policies name of rules and subjects that are not there.
+/// Rules and subjects that policies refer to but that do not exist.
 fn unknown_names(access: &Value) -> Vec<String> {
     let (rules, subjects) = (ids(&access["rules"]), ids(&access["subjects"]));
     let mut problems = Vec::new();
@@ -69,7 +69,7 @@ fn ids(list: &Value) -> Vec<&str> {
     entries(list).iter().filter_map(|entry| entry["id"].as_str()).collect()
 }
 
-/// Whose certificate is in a directory, or everything that is wrong with it.
+/// The holder of the certificate in a directory, or all problems of the directory.
 pub(super) fn check_identity(directory: &Path) -> Result<String, ConfigErrors> {
     let identity = Identity::in_directory(directory);
     let problems = identity.problems(None, &[]);

@@ -1,4 +1,4 @@
-//! The processes of the demo: started, watched, stopped without exception.
+//! The processes of the demo: starts, monitors and reliably stops them.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
@@ -16,11 +16,11 @@ use tokio::time::{sleep, timeout};
 use super::report::ChildProcess;
 use crate::failure::Failure;
 
-/// How long processes may take to stop when asked to.
+/// Timeout for processes to stop when asked to.
 const STOP_TIMEOUT: Duration = Duration::from_secs(4);
 /// Interval at which processes are polled.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// How many of a dead process's last log lines are shown.
+/// Number of a dead process's last log lines shown.
 const LINES_SHOWN: usize = 12;
 
 struct Running {
@@ -34,7 +34,7 @@ struct Running {
 pub(super) struct Children(Vec<Running>);
 
 impl Children {
-    /// Starts a process that writes its log into `directory`.
+    /// Starts a process with its log in `directory`.
     pub(super) fn start(
         &mut self,
         name: &str,
@@ -52,16 +52,16 @@ impl Children {
             .args(arguments)
             .envs(shell::environment::missing())
             .current_dir(directory)
-            // It ends when this end of the pipe does, even if the demo is killed.
+            // The process ends when this end of the pipe is closed, even if the demo is killed.
             .stdin(Stdio::piped())
             .stdout(output)
             .stderr(also)
-            // A Ctrl-C at the terminal is for the demo, which then stops its processes in order.
+            // Ctrl-C at the terminal is for the demo, which then stops its processes in order.
             .process_group(0)
             .kill_on_drop(true)
             .spawn()
             .map_err(|e| cannot(program, e))?;
-        // A process that has just been started has an id until it is waited for.
+        // A process that was just started has an id until it has been waited for.
         let pid = child.id().unwrap_or_default();
         self.0.push(Running { process: ChildProcess { name: name.to_owned(), pid }, child, log });
         Ok(())
@@ -84,7 +84,7 @@ impl Children {
         }
     }
 
-    /// Stops all processes: asks them to, and after a while, or when interrupted, kills them.
+    /// Stops all processes: requests it, then kills them after a timeout or when interrupted.
     pub(super) async fn stop(mut self, interrupts: &mut Interrupts) {
         for running in &mut self.0 {
             ask_to_stop(&mut running.child);
@@ -98,16 +98,16 @@ impl Children {
             }
         }
         for running in &mut self.0 {
-            // An error means that it has ended already.
+            // An error means that the process has already ended.
             let _ = running.child.start_kill();
         }
-        // Killed processes end; only an unkillable one would keep us here.
+        // Killed processes end; only one that cannot be killed would block here.
         let _ = timeout(STOP_TIMEOUT, self.all_ended()).await;
     }
 
     async fn all_ended(&mut self) {
         for running in &mut self.0 {
-            // An error means that it was waited for already.
+            // An error means that the process was already waited for.
             let _ = running.child.wait().await;
         }
     }
@@ -116,7 +116,7 @@ impl Children {
 fn ask_to_stop(child: &mut Child) {
     let pid = child.id().and_then(|id| i32::try_from(id).ok());
     if let Some(pid) = pid {
-        // An error means that it has ended already.
+        // An error means that the process has already ended.
         let _ = kill(Pid::from_raw(pid), Signal::SIGTERM);
     }
 }
@@ -138,7 +138,7 @@ pub(super) struct Interrupts {
 }
 
 impl Interrupts {
-    /// From now on signals no longer end this process but come here.
+    /// Intercepts the signals, which then do not end this process.
     pub(super) fn listen() -> Result<Interrupts, Failure> {
         let listen = |kind| {
             signal(kind)
@@ -151,7 +151,7 @@ impl Interrupts {
         })
     }
 
-    /// Waits for the next one.
+    /// Waits for the next signal.
     pub(super) async fn next(&mut self) {
         tokio::select! {
             _ = self.interrupt.recv() => {}

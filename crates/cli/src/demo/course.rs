@@ -1,4 +1,4 @@
-//! Turns observed events into reported ones, and decides when the demo ends. No clock: time is the plant's.
+//! Converts observed events to reported ones, and decides when the demo ends. Uses the plant's time instead of a clock.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use vocabulary::{
 use super::report::{DemoEvent, DemoSummary, DiagnosedFault};
 use super::story::{Act, DemoTiming};
 
-/// What is known of a module: as of which step, and how many of its components agree with their references.
+/// The progress of a module: its latest known step, and the number of components that agree with their references.
 #[derive(Debug, Clone, Copy, Default)]
 struct DemoModule {
     step: Step,
@@ -19,21 +19,21 @@ struct DemoModule {
     verified: u64,
 }
 
-/// How far the demo has come, and what was diagnosed.
+/// The progress of the demo, and the diagnosed faults.
 #[derive(Debug)]
 pub(super) struct DemoCourse {
     timing: DemoTiming,
     acts: Vec<Act>,
-    /// Injections and repairs that have not been reported.
+    /// Injections and repairs not reported yet.
     cues: Vec<(Step, DemoEvent)>,
     modules: BTreeMap<ModuleName, DemoModule>,
-    /// How many components they have together.
+    /// The number of components of all modules.
     components: u64,
-    /// Whether it was reported how many of them agree with their references.
+    /// Whether the number of components that agree with their references was reported.
     compared: bool,
     /// Processes that have not appeared.
     missing: Vec<String>,
-    /// The faults that were named, each as it was named first.
+    /// The named faults, with the facts of their first naming.
     named: BTreeMap<ComponentPath, DetectionFacts>,
     /// Their kinds.
     kinds: BTreeMap<ComponentPath, Candidate>,
@@ -76,18 +76,18 @@ impl DemoCourse {
         &self.missing
     }
 
-    /// How far the modules are known to be.
+    /// The step that all modules have reached.
     pub(super) fn now(&self) -> Step {
         self.now
     }
 
-    /// Every module has seen the last story through.
+    /// Whether every module has passed the end of the last story.
     pub(super) fn is_over(&self) -> bool {
         let end = self.acts.last().map_or(Step(0), |act| act.over);
         self.modules.values().all(|module| module.step >= end)
     }
 
-    /// Takes an event; what is to be reported goes to `events`.
+    /// Handles an event; appends what is to be reported to `events`.
     pub(super) fn on_event(&mut self, event: &ObservedEvent, events: &mut Vec<DemoEvent>) {
         match &event.news {
             News::Fault(transition) => self.transition(transition, events),
@@ -121,7 +121,7 @@ impl DemoCourse {
         }
     }
 
-    /// Looks at what the modules report of themselves.
+    /// Handles the modules' reports about themselves.
     pub(super) fn on_scene(&mut self, scene: &Scene, events: &mut Vec<DemoEvent>) {
         for view in &scene.modules {
             let (Some(status), Some(known)) = (&view.status, self.modules.get_mut(&view.module))
@@ -136,7 +136,7 @@ impl DemoCourse {
         self.look_at_comparisons(events);
     }
 
-    /// Takes the plant's status.
+    /// Handles the plant's status.
     pub(super) fn on_plant(&mut self, status: &PlantStatus, events: &mut Vec<DemoEvent>) {
         if status.samples_unsent > self.unsent {
             self.unsent = status.samples_unsent;
@@ -145,7 +145,7 @@ impl DemoCourse {
         }
     }
 
-    /// Advances the time and reports what has come due.
+    /// Advances the time and reports the injections and repairs that are due.
     fn time_is(&mut self, step: Step, events: &mut Vec<DemoEvent>) {
         let seconds = |step: Step| (step.0 as f64 * self.timing.step_s) as u64;
         let of_step = Step(self.timing.warm_up);
@@ -159,8 +159,8 @@ impl DemoCourse {
         }
     }
 
-    /// Reports once how many components agree with their references, when every module has compared some and nothing is
-    /// wrong yet.
+    /// Reports once how many components agree with their references, after every module has compared some and before
+    /// any fault.
     fn look_at_comparisons(&mut self, events: &mut Vec<DemoEvent>) {
         let modules = || self.modules.values();
         if self.compared || modules().any(|module| !module.in_service || module.verified == 0) {
@@ -186,7 +186,7 @@ impl DemoCourse {
         }
     }
 
-    /// A kind counts, and is reported, if it was decided while the fault was there and is another one than before.
+    /// A kind counts, and is reported, if it was decided while the fault was present and differs from the previous one.
     fn identification(&mut self, found: &Identification, events: &mut Vec<DemoEvent>) {
         let step = found.as_of_step;
         self.time_is(step, events);
@@ -201,7 +201,7 @@ impl DemoCourse {
         }
     }
 
-    /// What was injected against what was named.
+    /// Compares injected with named faults.
     pub(super) fn summary(&self, pids: Vec<u32>) -> DemoSummary {
         let mut diagnosed: Vec<DiagnosedFault> =
             self.named.iter().map(|(component, named)| self.diagnosed(component, named)).collect();
@@ -219,7 +219,7 @@ impl DemoCourse {
         let act = self.acts.iter().find(|act| act.component == *component);
         let delay_ms = |step: Option<Step>| {
             let (step, injected) = (step?, act?.injected);
-            // Rounded to the microsecond: steps are whole milliseconds, their product is not quite.
+            // Rounded to the microsecond: steps are whole milliseconds, but their product is not exact.
             let ms = step.0.checked_sub(injected.0)? as f64 * self.timing.step_s * 1e3;
             Some((ms * 1e3).round() / 1e3)
         };

@@ -1,7 +1,7 @@
-//! `trusswatch demo`: a plant and its diagnosers on this machine, faults, and what becomes of them.
+//! `trusswatch demo`: runs a plant and its diagnosers on this machine, injects faults, and reports their diagnosis.
 //!
-//! One stage a file: `story` says which faults, `setup` lays out the configurations, `children` runs the processes, `course`
-//! turns what is observed into events and compares what was injected with what was diagnosed, `report` prints them.
+//! One file per stage: `story` defines the faults, `setup` writes the configurations, `children` runs the processes,
+//! `course` converts observations to events and compares injected with diagnosed faults, `report` prints the events.
 
 mod children;
 mod course;
@@ -30,11 +30,11 @@ use course::DemoCourse;
 use report::{DemoEvent, Printer};
 use setup::DemoSetup;
 
-/// How long the processes may take to appear.
+/// Timeout for the processes to appear.
 const APPEAR_WITHIN: Duration = Duration::from_secs(20);
-/// How long the plant may stand still.
+/// Timeout for the plant to advance.
 const MOVE_WITHIN: Duration = Duration::from_secs(20);
-/// How long after the end messages may still arrive.
+/// How long to wait for late messages at the end.
 const STRAGGLERS: Duration = Duration::from_millis(400);
 
 /// Run a plant and its diagnosers on this machine, inject faults and watch them being diagnosed
@@ -63,7 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     link::block_on(stage(arguments))
 }
 
-/// Sets everything up, lets the show run, and clears everything away whatever happened.
+/// Sets up, runs the demo, and always cleans up.
 async fn stage(arguments: &Arguments) -> Result<(), Failure> {
     let mut interrupts = Interrupts::listen()?;
     let setup = DemoSetup::set_up(arguments.speed, arguments.seed)?;
@@ -89,13 +89,13 @@ async fn connect_and_show(
     setup: &DemoSetup,
     children: &mut Children,
 ) -> Result<(), Failure> {
-    // The parent listens for monitoring clients, and connects to the processes as they come up.
+    // The parent listens for monitoring clients, and connects to the processes when they appear.
     let network = session::Network {
         listen: vec![setup.own.clone()],
         ..session::Network::peer_of(&setup.endpoints)
     };
     let session = session::open(&network).await.map_err(network_failure)?;
-    // Before any process runs: nothing is published earlier.
+    // Before any process runs, so that no message is missed.
     let structure = &setup.structure;
     let mut live = Live::over(&session, Some(structure.clone()), setup.modules.clone()).await?;
     let status = Key::of_plant(structure, PlantTopic::Status).to_string();
@@ -125,8 +125,8 @@ async fn connect_and_show(
     if exact { Ok(()) } else { Err(Failure::reported()) }
 }
 
-/// Waits until every diagnoser is connected, so that nothing it publishes is missed: a plant started earlier could
-/// inject the first fault before that. Returns the events to report that arrived in the meantime.
+/// Waits until every diagnoser is connected, so that no message of it is missed: a plant started earlier could inject
+/// the first fault before that. Returns the events that arrived meanwhile and are to be reported.
 async fn diagnosers(
     course: &mut DemoCourse,
     live: &mut Live,
@@ -157,7 +157,7 @@ async fn listen(
     printer: &mut Printer,
 ) -> Result<(), Failure> {
     let mut scenes = live.scenes();
-    // By then processes have to appear or the plant to move.
+    // The deadline for processes to appear or the plant to advance.
     let (mut deadline, mut seen) = (Instant::now() + APPEAR_WITHIN, None);
     let mut end = None;
     loop {
@@ -173,7 +173,7 @@ async fn listen(
                 }
                 status = statuses.recv_async() => {
                     let status = status.map_err(|_| closed())?;
-                    // One that cannot be read says nothing of samples.
+                    // An unreadable status is ignored.
                     if let Ok(status) = vocabulary::decode(&status.payload().to_bytes()) {
                         course.on_plant(&status, &mut events);
                     }

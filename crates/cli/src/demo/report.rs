@@ -1,4 +1,4 @@
-//! What the demo reports, one event at a time: for people a line, for machines a JSON object.
+//! The events reported by the demo: a line each for people, or a JSON object each for programs.
 
 use std::collections::BTreeSet;
 use std::io::{self, Write};
@@ -24,48 +24,48 @@ pub(super) struct ChildProcess {
     pub(super) pid: u32,
 }
 
-/// Something to report.
+/// An event to report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub(super) enum DemoEvent {
-    /// The processes run.
+    /// The processes were started.
     Started { structure: String, processes: Vec<ChildProcess>, endpoint: String },
-    /// A process is there.
+    /// A process appeared.
     Ready { process: String },
     /// Some channels are not monitored yet.
     WarmingUp { step: Step, of_step: Step },
     /// Every channel of a module is monitored.
     InService { module: ModuleName, since_step: Step },
-    /// Every module has compared its components with their references; so many of them agree.
+    /// Every module has compared its components with their references; this many agree.
     Compared { step: Step, agree: u64, of: u64 },
-    /// A component got a fault.
+    /// A fault was injected into a component.
     Injected { step: Step, component: ComponentPath, fault: Fault, story: &'static str },
-    /// A component lost its fault.
+    /// A component was repaired.
     Repaired { step: Step, component: ComponentPath },
-    /// A module found something about a component.
+    /// A module published a verdict on a component.
     Verdict {
         step: Step,
         #[serde(flatten)]
         transition: Box<FaultTransition>,
     },
-    /// A module knows what kind of fault a component has.
+    /// A module identified the kind of a component's fault.
     Identified {
         step: Step,
         #[serde(flatten)]
         identification: Box<Identification>,
     },
-    /// Something is not as it should be.
+    /// An unexpected event.
     Trouble { text: String },
-    /// What came of it.
+    /// The result.
     Summary(DemoSummary),
 }
 
-/// What was injected against what was diagnosed.
+/// A comparison of injected with diagnosed faults.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct DemoSummary {
     pub(super) injected: Vec<Act>,
     pub(super) diagnosed: Vec<DiagnosedFault>,
-    /// Every injected fault was named in its time, and nothing else was.
+    /// Every injected fault was named in time, and no other component was.
     pub(super) exact: bool,
     /// The process ids of the plant and the diagnosers.
     pub(super) pids: Vec<u32>,
@@ -78,11 +78,11 @@ pub(super) struct DiagnosedFault {
     pub(super) onset_step: Option<Step>,
     pub(super) detection_step: Option<Step>,
     pub(super) decided_step: Option<Step>,
-    /// From the injection to the detection; `null` if nothing was injected there before \[ms\].
+    /// From the injection to the detection; `null` without an earlier injection \[ms\].
     pub(super) delay_ms: Option<f64>,
     /// From the injection to the verdict \[ms\].
     pub(super) verdict_delay_ms: Option<f64>,
-    /// Its kind and size, as far as that was decided before the repair.
+    /// Its kind and size, if decided before the repair.
     pub(super) identified: Option<Candidate>,
 }
 
@@ -91,7 +91,7 @@ pub(super) struct Printer {
     json: bool,
     paint: Paint,
     step_s: f64,
-    /// Changes and explanations of the present story that people have read already.
+    /// Changes and explanations of the present story that were already printed for people.
     read: BTreeSet<String>,
 }
 
@@ -101,7 +101,7 @@ impl Printer {
         Printer { json, paint, step_s, read: BTreeSet::new() }
     }
 
-    /// Prints an event, at once.
+    /// Prints an event immediately.
     pub(super) fn print(&mut self, event: &DemoEvent) -> io::Result<()> {
         let mut out = io::stdout().lock();
         let time_s = step(event).map(|step| step.0 as f64 * self.step_s);
@@ -120,8 +120,8 @@ impl Printer {
         out.flush()
     }
 
-    /// False for a change or an explanation that was printed in this story already: as a disturbance
-    /// passes, channels rise above their thresholds again and again.
+    /// False for a change or an explanation that was already printed in this story: while a disturbance decays,
+    /// channels repeatedly exceed their thresholds.
     fn is_new(&mut self, event: &DemoEvent) -> bool {
         match event {
             DemoEvent::Verdict { transition, .. }
@@ -215,7 +215,7 @@ impl Printer {
     }
 }
 
-/// The step that the event is about.
+/// The step of the event.
 fn step(event: &DemoEvent) -> Option<Step> {
     match event {
         DemoEvent::WarmingUp { step, .. }
@@ -232,7 +232,7 @@ fn step(event: &DemoEvent) -> Option<Step> {
     }
 }
 
-/// The kind that was found, with its size but without the interval.
+/// The identified kind, with its size but without the interval.
 fn identified(named: &DiagnosedFault) -> String {
     named.identified.as_ref().map_or_else(|| "not decided".to_owned(), brief)
 }
@@ -240,7 +240,7 @@ fn identified(named: &DiagnosedFault) -> String {
 fn started(structure: &str, processes: &[ChildProcess], endpoint: &str) -> String {
     let processes: Vec<_> =
         processes.iter().map(|process| format!("{} ({})", process.name, process.pid)).collect();
-    // The line that shows the faults in another terminal.
+    // The command that shows the faults in another terminal.
     format!(
         "{structure}: {}\nwatch it:\n  \
          zenoh --mode client --connect {endpoint} --cfg scouting/multicast/enabled:false \

@@ -1,5 +1,4 @@
-//! The processes' configurations: the shipped ones, put into a directory of their own
-//! with endpoints of this machine.
+//! The processes' configurations: the shipped ones, written to a temporary directory with endpoints of this machine.
 
 use std::ffi::OsString;
 use std::fs;
@@ -17,7 +16,7 @@ use super::story::{Act, DemoTiming, acts};
 use crate::failure::Failure;
 use crate::shipped::{MODULES, OTHERS, PLANT, Shipped, temporary_directory};
 
-/// The processes' configurations, and what follows from them.
+/// The processes' configurations, and data derived from them.
 pub(super) struct DemoSetup {
     plant: PathBuf,
     diagnoser: PathBuf,
@@ -27,20 +26,20 @@ pub(super) struct DemoSetup {
     pub(super) structure: StructureName,
     /// The modules with a diagnoser.
     pub(super) modules: Vec<ModuleName>,
-    /// How many components they have.
+    /// The number of components.
     pub(super) components: u64,
-    /// Where the parent listens.
+    /// The endpoint of the parent.
     pub(super) own: String,
-    /// Where the processes listen.
+    /// The endpoints of the processes.
     pub(super) endpoints: Vec<String>,
-    /// Lengths in steps.
+    /// Durations in steps.
     pub(super) timing: DemoTiming,
     /// The stories.
     pub(super) acts: Vec<Act>,
 }
 
 impl DemoSetup {
-    /// Lays everything out.
+    /// Writes the configurations.
     pub(super) fn set_up(speed: Speed, seed: u64) -> Result<DemoSetup, Failure> {
         let own = std::env::current_exe().map_err(|error| {
             Failure::runtime(format!("cannot find out where this program is: {error}"))
@@ -108,7 +107,7 @@ impl DemoSetup {
         vec!["run".into(), self.directory.path().join(config).into(), "--end-with-stdin".into()]
     }
 
-    /// Removes everything, or returns where it is.
+    /// Removes the directory, or returns its path to keep it.
     pub(super) fn clear_away(self, keep: bool) -> Option<PathBuf> {
         keep.then(|| self.directory.keep())
     }
@@ -118,7 +117,7 @@ fn schedule_file(place: &Path) -> PathBuf {
     place.join("schedule.toml")
 }
 
-/// Writes a shipped configuration with other endpoints.
+/// Writes a shipped configuration with different endpoints.
 fn write_config(
     place: &Path,
     shipped: Shipped,
@@ -163,7 +162,7 @@ fn components(config: &DiagnoserConfig) -> u64 {
     config.module_setup().components().len() as u64
 }
 
-/// The longest of each length among the modules.
+/// The longest of each duration among the modules.
 fn timing(configs: &[DiagnoserConfig]) -> DemoTiming {
     let mut timing = DemoTiming { step_s: 1e-3, warm_up: 0, effects: 0, interval: 0 };
     for setup in configs.iter().map(DiagnoserConfig::module_setup) {

@@ -1,14 +1,14 @@
-//! The faults that the demo shows, one after the other, each in a component of its own.
+//! The faults of the demo, one after the other, each in a different component.
 
 use serde::Serialize;
 use vocabulary::{ComponentError, ComponentPath, Step, fault::Fault};
 
-/// From the injection of a fault to the repair, in seconds of the plant: of one that changes something at once, and of one
-/// that only the means of two whole seconds show.
+/// Time from the injection of a fault to its repair, in seconds of the plant: for a fault that causes an immediate
+/// change, and for one that only the means over two whole seconds reveal.
 const REPAIRED_AFTER_S: f64 = 1.2;
 const CREPT_AFTER_S: f64 = 3.2;
 
-/// What each fault shows, its component, and how long it lasts \[s\]; in their order.
+/// Description, component, fault and duration \[s\] of each story, in order.
 const STORIES: [(&str, &str, Fault, f64); 7] = [
     (
         "a gage reads too much; no other module knows of a cause, so the gage is faulty",
@@ -57,16 +57,16 @@ const STORIES: [(&str, &str, Fault, f64); 7] = [
     ),
 ];
 
-/// Lengths in steps that the times of the stories follow from.
+/// Durations in steps that determine the times of the stories.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct DemoTiming {
     /// Length of a step \[s\].
     pub(super) step_s: f64,
-    /// When every channel is watched.
+    /// The duration of warm-up.
     pub(super) warm_up: u64,
-    /// How long effects take to show.
+    /// The duration of effects.
     pub(super) effects: u64,
-    /// How long the statistics remember.
+    /// The memory of the statistics.
     pub(super) interval: u64,
 }
 
@@ -75,47 +75,47 @@ impl DemoTiming {
         (seconds / self.step_s).round() as u64
     }
 
-    /// The first story: a while after the warm-up.
+    /// The start of the first story, a while after the warm-up.
     fn first(&self) -> Step {
         Step(self.warm_up + self.steps(0.6))
     }
 
-    /// From a repair until the statistics have forgotten it. While they forget, the component may
-    /// change once more.
+    /// The time from a repair until the statistics have forgotten the fault. While they do, the component may change
+    /// once more.
     fn forgotten(&self) -> u64 {
         self.interval + self.steps(0.1)
     }
 }
 
-/// A fault, what it shows, and its times.
+/// A fault with its description and its times.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Act {
     #[serde(skip)]
     pub(super) title: &'static str,
     pub(super) component: ComponentPath,
     pub(super) fault: Fault,
-    /// The first step that shows the fault.
+    /// The first step with the fault.
     #[serde(rename = "step")]
     pub(super) injected: Step,
-    /// The first step without it.
+    /// The first step without the fault.
     #[serde(rename = "repaired_step")]
     pub(super) repaired: Step,
-    /// The first step at which nothing of it is left in the statistics.
+    /// The first step at which the statistics have forgotten the fault.
     #[serde(skip)]
     pub(super) over: Step,
 }
 
-/// Puts the stories in time.
+/// Schedules the stories.
 ///
 /// # Errors
-/// An invalid component path.
+/// A component path is invalid.
 pub(super) fn acts(timing: &DemoTiming) -> Result<Vec<Act>, ComponentError> {
     let mut next = timing.first();
     let act = |(title, path, fault, lasts_s)| {
         let injected = next;
         let repaired = injected.plus(timing.steps(lasts_s));
         let over = repaired.plus(timing.forgotten());
-        // Everything is forgotten, and the fault explains nothing any more.
+        // The statistics have forgotten the fault, which does not explain changes any more.
         next = over.plus(timing.effects);
         Ok(Act { title, component: str::parse(path)?, fault, injected, repaired, over })
     };

@@ -8,17 +8,17 @@ use ::replay::ModuleRecord;
 use diagnosis::ModuleSetup;
 use vocabulary::Component;
 
-/// A row: what is not a number is missing.
+/// A row; NaN marks a missing value.
 pub(super) struct TableRow {
     /// The step.
     pub(super) step: u64,
     /// When its sample was published \[ns since 1970\].
     pub(super) published_ns: u64,
-    /// Under the names of [`TableColumns::values`].
+    /// The values in the order of [`TableColumns::values`].
     pub(super) values: Vec<f64>,
 }
 
-/// What stands in which column.
+/// The columns of a table.
 pub(super) struct TableColumns {
     step_s: Option<f64>,
     actuators: Vec<String>,
@@ -28,7 +28,7 @@ pub(super) struct TableColumns {
 }
 
 impl TableColumns {
-    /// Named by the configuration; without it, numbered from 1 as in the samples.
+    /// Columns named according to the configuration; without it, numbered from 1 in the order of the samples.
     pub(super) fn new(
         record: &ModuleRecord,
         sample: Option<usize>,
@@ -61,7 +61,7 @@ impl TableColumns {
         }
     }
 
-    /// The names of a row's values.
+    /// The names of the values in a row.
     pub(super) fn values(&self) -> Vec<String> {
         let mut heading = vec!["time_s".to_owned()];
         heading.extend(self.actuators.iter().map(|name| format!("{name}_demand_n")));
@@ -86,7 +86,7 @@ impl TableColumns {
         let step = sample.step.0;
         let mut row = vec![self.step_s.map_or(f64::NAN, |step_s| step as f64 * step_s)];
         let mut add = |values: &mut dyn Iterator<Item = f64>, count: usize| {
-            // A sample of another length does not shift what follows.
+            // A sample with a different length must not shift the following columns.
             row.extend((0..count).map(|_| values.next().unwrap_or(f64::NAN)));
         };
         let actuators = self.actuators.len();
@@ -104,7 +104,7 @@ impl TableColumns {
     }
 }
 
-/// Its name, as variables of programs may be called.
+/// The component's name in the form of an identifier.
 fn column(component: &Component) -> String {
     component.to_string().replace(['/', '-', '.'], "_")
 }
@@ -133,7 +133,7 @@ pub(super) fn write_csv(
     out.flush()
 }
 
-/// The shortest text that is read as the same bits; empty if it is not finite.
+/// The shortest text that parses to the same bits; empty if the value is not finite.
 fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }

@@ -47,7 +47,7 @@ struct TableDirectories {
     parquet: Option<PathBuf>,
 }
 
-/// A kind of file that tables are written to.
+/// A file format for tables.
 #[derive(Debug, Clone, Copy)]
 enum TableFormat {
     Csv,
@@ -89,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     reading.complete()
 }
 
-/// The files that were written, each with how many rows.
+/// Writes the files; returns their paths and numbers of rows.
 fn write_all(
     form: TableFormat,
     directory: &Path,
@@ -117,7 +117,7 @@ fn write_all(
     Ok(written)
 }
 
-/// The places of the samples of each run, in order.
+/// The indices of the samples of each run, in order.
 fn runs(record: &ModuleRecord) -> BTreeMap<RunId, Vec<usize>> {
     let mut runs: BTreeMap<RunId, Vec<usize>> = BTreeMap::new();
     for index in 0..record.samples.len() {

@@ -13,10 +13,10 @@ use parquet::schema::types::{Type, TypePtr};
 
 use super::columns::TableRow;
 
-/// Rows that are kept in memory and written together.
+/// Rows buffered in memory and written together.
 const GROUP: usize = 65_536;
 
-/// Writes a table: step and time of publication \[ns since 1970\] as whole numbers, the other values by name.
+/// Writes a table: step and time of publication \[ns since 1970\] as integers, the other values by name.
 pub(super) fn write(
     file: &Path,
     names: &[String],
@@ -65,7 +65,7 @@ fn whole_numbers(
     writer.close()
 }
 
-/// What is not a number is null.
+/// Replaces NaN by null.
 fn values(
     group: &mut SerializedRowGroupWriter<'_, File>,
     column: impl Iterator<Item = f64>,

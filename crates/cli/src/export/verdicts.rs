@@ -25,7 +25,7 @@ const HEADING: [&str; 13] = [
     "why",
 ];
 
-/// Writes it; tells how many there are.
+/// Writes the table; returns the number of verdicts.
 pub(super) fn write(file: &Path, records: &[ModuleRecord]) -> io::Result<usize> {
     let mut out = csv::Writer::from_path(file)?;
     out.write_record(HEADING)?;

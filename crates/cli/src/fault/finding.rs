@@ -1,11 +1,11 @@
-//! Which component is meant.
+//! Resolves the component named by the user.
 
 use observer::{ModuleView, Scene};
 use vocabulary::{FaultTransition, Mention};
 
 use crate::failure::Failure;
 
-/// The state of the component that is mentioned. One of several is not guessed at.
+/// The state of the named component; an ambiguous name is refused.
 pub(super) fn find(scene: &Scene, mention: &Mention) -> Result<FaultTransition, Failure> {
     let all = scene.components();
     let meant: Vec<_> = all.filter(|state| mention.may_be(&state.component)).collect();
@@ -16,7 +16,7 @@ pub(super) fn find(scene: &Scene, mention: &Mention) -> Result<FaultTransition, 
     }
 }
 
-/// Nothing is known of the components of a module that does not answer.
+/// The components of a module that does not answer are unknown.
 fn none(scene: &Scene, mention: &Mention) -> Failure {
     let named =
         |module: &&ModuleView| mention.module.as_ref().is_none_or(|name| *name == module.module);

@@ -1,4 +1,4 @@
-//! The freeze frame of a component's fault: drawn with characters, and as CSV.
+//! The freeze frame of a component's fault, as a text plot and as CSV.
 
 use figure::freeze_frame::{ratios, seconds, shown_in, trace};
 use terminal::Plot;
@@ -8,10 +8,10 @@ use crate::paint::Paint;
 
 /// Lines of a plot: title, curve, steps.
 const LINES: u16 = 10;
-/// No drawing is wider: dots would be few and far between.
+/// Maximum width of a plot: in a wider one the dots would be too sparse.
 pub(super) const WIDEST: u16 = 100;
 
-/// What was measured, the residual and the divergence, with what the marks in them are.
+/// Plots of the measured signal, the residual and the divergence, with the meaning of their marks.
 pub(super) fn text(frame: &FreezeFrame, width: u16, paint: Paint) -> String {
     let measured = trace(frame, &["reading", "force"]);
     let residual = trace(frame, &["residual"]);
@@ -52,15 +52,14 @@ fn of_trace(frame: &FreezeFrame, trace: &Trace) -> Plot {
     plot(frame, format!("{} [{unit}]", vocabulary::printable(&trace.name)), values)
 }
 
-/// By powers of ten: it grows with the fourth power of what the residual is off.
+/// The plot is logarithmic, because the divergence grows with the fourth power of the residual's deviation.
 fn of_divergence(frame: &FreezeFrame) -> Plot {
     let powers = ratios(frame).into_iter().map(f64::log10);
     let title = "divergence over threshold (╌), power of ten".to_owned();
     Plot { level: Some(0.0), ..plot(frame, title, powers) }
 }
 
-/// The step, the time since the detection, and the traces with their units in the header; a value that is not there is
-/// empty.
+/// Columns: the step, the time since the detection, and the traces, with units in the header; a missing value is empty.
 pub(super) fn csv(frame: &FreezeFrame) -> Result<Vec<u8>, csv::Error> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let named = frame.signals.traces.iter().map(|trace| format!("{} [{}]", trace.name, trace.unit));

@@ -1,4 +1,4 @@
-//! `trusswatch fault`: one component's fault, and its alarm.
+//! `trusswatch fault`: shows a component's fault, and shelves or suppresses alarms.
 
 mod finding;
 mod frame;
@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The freeze frame of a fault, or why it is missing; `None` if the component has no fault.
+/// The freeze frame of a fault, or the reason why it is missing; `None` if the component has no fault.
 type FoundFrame = Option<Result<FreezeFrame, String>>;
 
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
@@ -132,7 +132,7 @@ fn write(file: &Path, contents: &[u8]) -> Result<(), Failure> {
     std::fs::write(file, contents).map_err(|error| Failure::unwritable(file, error))
 }
 
-/// The component's state, in which the identification has its signature, and its freeze frame.
+/// The component's state, including the signature in its identification, and its freeze frame.
 async fn look(
     session: &Session,
     link: &LinkTarget,

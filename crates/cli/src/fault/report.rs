@@ -1,4 +1,4 @@
-//! A component's fault for people.
+//! A component's fault in readable form.
 
 use observer::{StateRow, known_identification};
 use terminal::Plot;
@@ -11,19 +11,19 @@ use crate::paint::{Paint, tone_colour};
 use crate::table::{TextTable, table};
 use vocabulary::words::{candidate, fault_size, in_small_units, percent, utc};
 
-/// The width of a drawing that goes to a file.
+/// The width of a drawing that is written to a file.
 pub(super) const USUAL_WIDTH: u16 = 80;
 
 /// Lines of a drawing: title, curves, steps.
 const LINES: u16 = 14;
 
-/// The text: in what state the component is, what kind of fault it has, and what was measured of it.
+/// The text: the component's state, the kind of its fault, and the measurements.
 pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) -> String {
     let row = StateRow::of_component(found);
     let FaultTransition { component, structure, .. } = found;
     if !found.state().is_fault() {
         let why = if row.why.is_empty() { String::new() } else { format!("; {}", row.why) };
-        // That none is declared does not say that it is healthy: the state does, as far as it is known.
+        // The absence of a declared fault does not imply health; the state tells what is known.
         return format!("{component} of {structure}, no fault declared: {}{why}\n", row.state);
     }
     let mut rows = table(&[&component.to_string(), &format!("of {structure}")]);
@@ -33,7 +33,7 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
         Some(identification) => add_identification(&mut rows, identification),
         None => rows.add_row(["kind", "not identified"]),
     }
-    // The first row is the state.
+    // The first row shows the state.
     let text = rows.painted(width, &[tone_colour(row.tone)], paint);
     let signature = identification.and_then(|identification| identification.signature.as_ref());
     let drawing = match signature {
@@ -80,8 +80,8 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
     rows.add_row(["identified".to_owned(), format!("as of step {step}, {time}")]);
 }
 
-/// What the kind alone does not say: a structure that has become softer under a gage shows as a gage that reads too
-/// much.
+/// A remark on an ambiguity of the kind: a structure that has become softer under a gage looks like a gage with too
+/// large a gain.
 fn note(decided: &Candidate) -> Option<&'static str> {
     let too_much = decided.size.as_ref().is_some_and(|size| size.value > 1.0);
     let is_gain = decided.kind == FaultKind::Gain;

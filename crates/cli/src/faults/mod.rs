@@ -1,4 +1,4 @@
-//! `trusswatch faults`: the present picture of a whole structure.
+//! `trusswatch faults`: shows the present state of a whole structure.
 
 mod report;
 #[cfg(test)]
@@ -69,8 +69,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// For machines: the structures, the most urgent first, all modules, and components that are other than normal, or whose
-/// alarm is shelved or suppressed, or all of them.
+/// The JSON document: the structures, most urgent first; all modules; and components that are not normal, or whose
+/// alarm is shelved or suppressed, or all components.
 fn document(scene: &Scene, all: bool) -> Value {
     let is_shown = |component: &&FaultTransition| {
         all || component.state() != FaultState::Normal || component.aside().is_some()
@@ -90,10 +90,10 @@ fn document(scene: &Scene, all: bool) -> Value {
     })
 }
 
-/// A module with how many of its components are in which state.
+/// A module, with the number of its components in each state.
 fn module(view: &ModuleView) -> impl Serialize {
     let status = view.status.as_ref();
-    // A reason is given only as long as it is the reason of the present phase.
+    // The reason is included only if it belongs to the present phase.
     let change = view.latest_phase_change();
     let counts = view.counts();
     let fields = json!({
@@ -111,7 +111,7 @@ fn module(view: &ModuleView) -> impl Serialize {
         "run": status.and_then(|status| status.run),
         "step": status.and_then(|status| status.step),
         "lag_ms": status.and_then(|status| status.lag_ms),
-        // If that is why the lag is what it is.
+        // Included if it explains the lag.
         "clock_ahead_s": status.and_then(ModuleStatus::clock_difference).map(|d| d.ahead_s),
         "sample_age_ms": status.and_then(|status| status.sample_age_ms),
         "journal": status.map(|status| &status.journal),

@@ -1,4 +1,4 @@
-//! The picture for people.
+//! The report in readable form.
 
 use std::fmt::Write;
 
@@ -9,14 +9,14 @@ use crate::paint::{Colour, Paint, tone_colour};
 use crate::table::{TextTable, table};
 use vocabulary::words::{NOTHING, Tone, or_nothing, printable, utc};
 
-/// What stands in the place of the name of a structure that is not known.
+/// Placeholder for the name of an unknown structure.
 const NO_STRUCTURE: &str = "(no structure seen)";
 
-/// A table, and the colour of each row.
+/// A table, with the colour of each row.
 type Painted = (TextTable, Vec<Option<Colour>>);
 
-/// The text: of several structures a table, then each of them with its modules, and with what is not normal. Unless all of
-/// it is asked for, of several only those in which not all is well.
+/// The text: a table of structures if there are several, then each structure with its modules and everything that is
+/// not normal. Of several structures, those in which all is well are omitted unless `all` is set.
 pub(super) fn report(scene: &Scene, all: bool, width: Option<u16>, paint: Paint) -> String {
     let mut text = String::new();
     let structures = structures(scene);

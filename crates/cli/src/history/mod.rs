@@ -1,4 +1,4 @@
-//! `trusswatch history`: what the modules' journals hold.
+//! `trusswatch history`: shows the modules' journals.
 
 mod reading;
 mod report;
@@ -44,7 +44,7 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// The modules that are asked for by name; empty means all.
+    /// The modules named in the arguments; empty means all.
     fn named(&self) -> Vec<ModuleName> {
         let of_components = self.components.iter().map(|component| component.module.clone());
         let mut named: Vec<ModuleName> =
@@ -54,7 +54,7 @@ impl Arguments {
         named
     }
 
-    /// A component that is named, any of a module that is named alone, any at all if nothing is named.
+    /// Whether the arguments select a component: by name, by its module without components, or because there are none.
     fn wants(&self, component: &ComponentPath) -> bool {
         let names_others = self.components.iter().any(|c| c.module == component.module);
         let nothing_is_named = self.modules.is_empty() && self.components.is_empty();
@@ -69,7 +69,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let reading = link.with_session(async |session| {
         reading::read(session, link, &arguments.named(), arguments.from).await
     })?;
-    // For people, silent modules are printed once: as errors.
+    // In readable output, silent modules are printed once, as errors.
     if arguments.json || reading.is_of_anybody() {
         print(arguments, &reading)?;
     }
@@ -88,7 +88,7 @@ fn print(arguments: &Arguments, reading: &JournalReading) -> Result<(), Failure>
     })
 }
 
-/// For machines: the journals, what is in them, and what is missing from them.
+/// The JSON document: the journals, their entries and their gaps.
 fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
     let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
     for entry in &journals.entries {
@@ -104,12 +104,12 @@ fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
         json!({
             "structure": history.structure,
             "module": history.module,
-            // The lowest sequence number that the journal still holds.
+            // The lowest sequence number in the journal.
             "first_sequence": history.first_sequence,
             "next_sequence": history.next_sequence,
-            // How many were read, wanted or not.
+            // The number of transitions read, including those filtered out.
             "read": history.transitions.len(),
-            // Why reading ended before the journal did.
+            // The error that ended reading early.
             "broken_off": history.broken_off.as_ref().map(ToString::to_string),
         })
     };

@@ -1,4 +1,4 @@
-//! The journals of several modules, read at the same time.
+//! Reads the journals of several modules concurrently.
 
 use observer::{ModuleHistory, ModuleView, attendance};
 use serde::Serialize;
@@ -10,12 +10,12 @@ use crate::failure::Failure;
 use crate::link::LinkTarget;
 use vocabulary::words::printable;
 
-/// What was read.
+/// The journals read.
 #[derive(Debug, Clone, Default)]
 pub(super) struct JournalReading {
-    /// Of those that answered, by structure and name.
+    /// The journals of modules that answered, by structure and name.
     pub(super) histories: Vec<ModuleHistory>,
-    /// Those that did not.
+    /// Modules that did not answer.
     pub(super) silent: Vec<SilentModule>,
 }
 
@@ -32,7 +32,7 @@ impl JournalReading {
         !self.histories.is_empty()
     }
 
-    /// Why there is nothing to report.
+    /// The error if nothing was read.
     pub(super) fn nothing_read(&self, link: &LinkTarget) -> Failure {
         if self.silent.is_empty() {
             return link.no_module();
@@ -65,7 +65,7 @@ impl JournalReading {
     }
 }
 
-/// Reads the journals of these modules, or of all there are.
+/// Reads the journals of these modules, or of all modules found.
 pub(super) async fn read(
     session: &Session,
     link: &LinkTarget,
@@ -99,8 +99,8 @@ pub(super) async fn read(
     Ok(reading)
 }
 
-/// The modules, each with the structures that it is in; none if it is not there. Modules that others
-/// name as their peers are asked too, should only their token be missing.
+/// The modules, each with the structures in which it was found; none if it is missing. Modules named as peers are
+/// queried too, in case only their liveliness token is missing.
 async fn modules_to_query(
     session: &Session,
     link: &LinkTarget,

@@ -1,4 +1,4 @@
-//! The journals for people.
+//! The journals in readable form.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use vocabulary::words::{NOTHING, or_nothing, utc};
 
 const HEADING: [&str; 7] = ["time", "module", "sequence", "component", "state", "step", "why"];
 
-/// The text: the transitions, what kinds of faults they are, and what is missing from the journals.
+/// The text: transitions, kinds of faults, and gaps in the journals.
 pub(super) fn report(
     reading: &JournalReading,
     journals: &Journals<'_>,

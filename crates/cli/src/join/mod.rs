@@ -1,4 +1,4 @@
-//! `trusswatch join`: configurations of clients of a router.
+//! `trusswatch join`: configures diagnosers and plants as clients of a router.
 
 mod network_table;
 
@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Changes a configuration; returns where its certificate is.
+/// Changes a configuration; returns the directory of its certificate.
 fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
     let text = fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
     let kind = FileKind::of(file, &text).ok();
@@ -65,12 +65,13 @@ fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
     Ok(tls)
 }
 
-/// The instance of the diagnoser's unit, which runs the file of that name.
+/// The instance of the diagnoser's unit that runs the file with this name.
 fn instance_of(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Puts a text in the place of a file if it is found valid, beside it because of the paths in it.
+/// Replaces the text of a file if the result is valid. The text is checked in the same directory, because its paths are
+/// relative.
 fn replace(
     file: &Path,
     text: &str,
@@ -92,7 +93,7 @@ fn replace(
     File::open(folder).and_then(|folder| folder.sync_all()).map_err(unwritten)
 }
 
-/// Names the file as its owner knows it.
+/// Reports errors under the name of the user's file.
 fn as_mistakes_of(file: &Path, beside: &Path, mut errors: ConfigErrors) -> Failure {
     for error in errors.0.iter_mut().filter(|error| error.file == beside) {
         error.file = file.to_owned();

@@ -1,4 +1,4 @@
-//! The table `[network]` of a client, in a file that otherwise stays as its owner wrote it.
+//! The table `[network]` of a client, in a file whose other content is unchanged.
 
 use std::ops::Range;
 use std::path::Path;
@@ -8,10 +8,10 @@ use toml::de::{DeTable, DeValue};
 
 const TABLE: &str = "network";
 
-/// The text with this table instead of the one it has.
+/// Replaces the table in the text.
 ///
 /// # Errors
-/// No TOML, or something else under that name; with what is wrong.
+/// The text is not TOML, or the name belongs to something else; the error describes the problem.
 pub(super) fn of_client(text: &str, router: &str, tls: &Path) -> Result<String, String> {
     let tls = tls.to_string_lossy();
     let [router, tls] = [router, &tls].map(|text| Value::from(text).to_string());
@@ -22,7 +22,7 @@ pub(super) fn of_client(text: &str, router: &str, tls: &Path) -> Result<String, 
     })
 }
 
-/// From the header of the table to the end of the line that its last value ends on.
+/// The range from the header of the table to the end of the line of its last value.
 fn place(text: &str) -> Result<Option<Range<usize>>, String> {
     let document = DeTable::parse(text).map_err(|error| error.message().to_owned())?;
     let mut entries = document.get_ref().iter();

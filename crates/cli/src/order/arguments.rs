@@ -133,7 +133,7 @@ pub(super) struct SetAsideFlags {
     pub(super) reason: String,
 }
 
-/// Reads how long \[s\].
+/// Parses a duration \[s\].
 fn shelving_seconds(text: &str) -> Result<u64, String> {
     let right =
         "use whole seconds, minutes, hours or days from 1s to 31days, e.g. `2h`, `90m` or `1h 30m`";

@@ -1,4 +1,4 @@
-//! Sends the commands, one after the other, and tells their outcomes.
+//! Sends the commands one after the other, and reports their outcomes.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -18,10 +18,10 @@ use crate::link::LinkTarget;
 use crate::output;
 use crate::paint::{Colour, Paint};
 
-/// From a refusal to the next attempt.
+/// Pause before a refused command is repeated.
 const AGAIN_AFTER: Duration = Duration::from_millis(200);
 
-/// What an order is about: a component, or a module with all its components.
+/// The subject of an order: a component, or a module with all its components.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum OrderSubject {
     Component(ComponentPath),
@@ -43,7 +43,7 @@ impl OrderSubject {
         }
     }
 
-    /// As an order names it.
+    /// The component as named in the order.
     pub(super) fn mention(&self) -> Option<Mention> {
         self.component().map(|path| path.component.clone().into())
     }
@@ -66,7 +66,7 @@ pub(super) struct CommandOutcome<'a> {
     outcome: OrderOutcome,
 }
 
-/// Sends every command, whatever the outcome of the others.
+/// Sends all commands, even if some of them fail.
 pub(super) async fn carry_out<'a>(
     session: &Session,
     target: &LinkTarget,
@@ -76,7 +76,7 @@ pub(super) async fn carry_out<'a>(
 ) -> Result<Vec<CommandOutcome<'a>>, Failure> {
     let homes = homes(session, target, orders.iter().map(|(subject, _)| subject.module())).await?;
     let timeout = target.timeout;
-    // One span of time for all: what the second waits for passes while the first is waited for.
+    // One time limit for all: the second command's wait overlaps the first one's.
     let until = wait.map(|wait| Instant::now() + wait);
     let mut outcomes = Vec::new();
     for (subject, order) in orders {
@@ -93,7 +93,7 @@ pub(super) async fn carry_out<'a>(
                 loop {
                     let sent = observer::order(session, &request, timeout);
                     let outcome = OrderOutcome::from(sent.await);
-                    // A command without an answer is not repeated: it may have been carried out.
+                    // A command without an answer is not repeated, because it may have been carried out.
                     let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
                     let is_last = until.is_none_or(|until| Instant::now() + AGAIN_AFTER > until);
                     if !is_refused || is_last {
@@ -112,8 +112,8 @@ pub(super) async fn carry_out<'a>(
     Ok(outcomes)
 }
 
-/// The structure of each module; those that are not there are left out. A module that is there in
-/// several structures is not guessed at.
+/// The structure of each module; missing modules are left out. A module name found in several structures is ambiguous
+/// and refused.
 async fn homes(
     session: &Session,
     target: &LinkTarget,
@@ -136,13 +136,13 @@ async fn homes(
     Ok(homes)
 }
 
-/// The outcomes for machines.
+/// The JSON document of the outcomes.
 pub(super) fn document(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> Value {
     let order = |CommandOutcome { structure, subject, outcome }: &CommandOutcome<'_>| {
         let fields = json!({
             "structure": structure,
             "module": subject.module(),
-            // `null` if it is about the module.
+            // `null` for an order about a module.
             "component": subject.component(),
             "order": kind,
             "by": by,
@@ -152,12 +152,12 @@ pub(super) fn document(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &st
     json!({ "orders": outcomes.iter().map(order).collect::<Vec<_>>() })
 }
 
-/// For people, a line for each command that was obeyed; the others are reported as errors.
+/// In readable form, a line for each command carried out; the others are reported as errors.
 pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> String {
     let (what, paint) = (done(kind), Paint::of_stdout());
     let line = |CommandOutcome { subject, outcome, .. }: &CommandOutcome<'_>| {
         let OrderOutcome::Obeyed { state, sequence, .. } = outcome else { return None };
-        // The state is that of one of its components.
+        // The state of one of its components.
         let now = match subject {
             OrderSubject::Component(_) if kind.is_about_verdict() => {
                 format!("now {state}, transition {sequence}")
@@ -171,8 +171,8 @@ pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str)
     outcomes.iter().filter_map(line).collect()
 }
 
-/// How the command ends: silence weighs more than refusal, for it leaves open what is the case, and both weigh more
-/// than what was done but not saved.
+/// The failure of the whole command: a missing answer takes precedence over a refusal, because the outcome is unknown,
+/// and both take precedence over commands that were carried out but not saved.
 pub(super) fn conclude(outcomes: &[CommandOutcome<'_>], kind: OrderKind) -> Result<(), Failure> {
     let (mut complaints, mut is_unheard, mut is_refused) = (Vec::new(), false, false);
     for CommandOutcome { subject, outcome, .. } in outcomes {

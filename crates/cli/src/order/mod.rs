@@ -1,4 +1,5 @@
-//! `trusswatch ack`, `trusswatch reset` and what sets alarms aside: commands of an operator to the diagnosers.
+//! `trusswatch ack`, `reset` and `fault shelve`, `unshelve`, `suppress`, `unsuppress`: commands of an operator to the
+//! diagnosers.
 
 mod arguments;
 mod carry_out;
@@ -73,8 +74,8 @@ fn give_each(
     give(kind, subjects, Order { note: note.clone(), ..order }, wait, issuer)
 }
 
-/// Gives an order about each of these; all are checked before any is sent. `order` has all but the subject and the
-/// issuer. `wait`: how long to try again while it is refused.
+/// Sends an order about each of these subjects, after checking all of them. `order` contains everything but the subject
+/// and the issuer. `wait` is how long to retry refused commands.
 fn give(
     kind: OrderKind,
     subjects: Vec<OrderSubject>,
@@ -102,8 +103,7 @@ fn give(
     carry_out::conclude(&outcomes, kind)
 }
 
-/// The name that is recorded: that of the operator whose certificate is shown, else the one that was given, else
-/// `USER@HOST`.
+/// The recorded name: that of the operator in the certificate, otherwise the given one, otherwise `USER@HOST`.
 pub(crate) fn issuer(by: Option<&str>, operator: Option<&OperatorName>) -> Result<String, Failure> {
     if let (Some(by), Some(operator)) = (by, operator)
         && by != operator.as_str()
@@ -118,7 +118,7 @@ pub(crate) fn issuer(by: Option<&str>, operator: Option<&OperatorName>) -> Resul
     by.ok_or_else(|| Failure::usage("the issuer is unknown; use --by WHO"))
 }
 
-/// `USER@HOST` from the environment; `None` if it names no user.
+/// `USER@HOST` from the environment; `None` without a user.
 fn from_environment() -> Option<String> {
     let variable = |name| std::env::var(name).ok().filter(|user: &String| !user.trim().is_empty());
     let user = variable("USER").or_else(|| variable("LOGNAME"))?;

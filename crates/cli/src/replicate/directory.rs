@@ -1,4 +1,4 @@
-//! The directory that takes the files. Nothing that is there already is ever written over.
+//! The output directory. Existing files are never overwritten.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use crate::failure::Failure;
 pub(super) struct Directory(PathBuf);
 
 impl Directory {
-    /// A directory that is new, or was empty.
+    /// Claims a directory that does not exist or is empty.
     pub(super) fn claim(path: &Path) -> Result<Directory, Failure> {
         let unusable = |error: std::io::Error| {
             Failure::runtime(format!("cannot use `{}` as a directory: {error}", path.display()))

@@ -1,11 +1,11 @@
-//! Who listens and connects where.
+//! The endpoints that each process listens on and connects to.
 
 use toml::{Table, Value};
 use zenoh::config::EndPoint;
 
 use crate::failure::Failure;
 
-/// The shipped settings of a router, and the endpoint in them that gives way to another.
+/// The shipped settings of a router, and the endpoint in them to be replaced.
 const ROUTER: &str = include_str!("../../../../configs/zenoh/router.json5");
 const ROUTER_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
@@ -17,7 +17,7 @@ pub(super) enum NetworkLayout {
     },
     /// Every process is a client of a router.
     Star {
-        /// Where it listens.
+        /// The endpoint of the router.
         router: String,
     },
 }
@@ -46,12 +46,12 @@ impl NetworkLayout {
         }
     }
 
-    /// A module's table `[network]`, given the modules that it is linked to, ascending. Of two modules
-    /// the later one connects, also after a restart of either.
+    /// A module's table `[network]`, given the modules that it is linked to, ascending. Of two linked modules the later
+    /// one connects, also after a restart of either.
     pub(super) fn of_module(&self, module: usize, linked: &[usize]) -> Table {
         match self {
             NetworkLayout::Mesh { first_port } => {
-                // `mesh` has made sure that there are ports for all.
+                // `mesh` has checked that there are ports for all.
                 let port = |module: usize| first_port.saturating_add(module as u16 + 1);
                 let before =
                     linked.iter().filter(|other| **other < module).map(|other| port(*other));

@@ -1,11 +1,11 @@
-//! `trusswatch replicate`: the configurations of many copies of a structure side by side.
+//! `trusswatch replicate`: configures many copies of a structure side by side.
 //!
 //! | file | job |
 //! |---|---|
-//! | `template` | a diagnoser's file, and what its module becomes in a copy |
-//! | `neighbourhood` | which modules are peers |
-//! | `layout` | who listens and connects where |
-//! | `directory` | the directory that takes it all |
+//! | `template` | a diagnoser's file, and its version for a copy |
+//! | `neighbourhood` | determines peers |
+//! | `layout` | the endpoints of each process |
+//! | `directory` | the output directory |
 
 mod directory;
 mod layout;
@@ -26,7 +26,7 @@ use layout::NetworkLayout;
 use neighbourhood::Neighbourhood;
 use template::{Template, read_table, unusable};
 
-/// Most copies: beyond them the plant alone takes minutes to start.
+/// Most copies; with more, the plant alone takes minutes to start.
 const MOST_COPIES: usize = 500;
 
 /// Write the configurations of many copies of a structure side by side
@@ -141,7 +141,7 @@ fn plant_text(file: &Path, layout: &NetworkLayout) -> Result<String, Failure> {
     let mut table = read_table(file)?;
     table.insert("structure".into(), "structure.toml".into());
     table.insert("network".into(), layout.of_plant().into());
-    // They name modules of the original.
+    // The entries name modules of the original.
     table.remove("wait_for");
     table.remove("schedule");
     Ok(format!(

@@ -1,6 +1,6 @@
-//! Which modules are peers.
+//! Determines which modules are peers.
 //!
-//! Members are counted copy by copy, and in a copy in the order of the templates.
+//! Members are numbered copy by copy, and within a copy in the order of the templates.
 
 use truss::copy_prefix;
 use vocabulary::ModuleName;
@@ -8,10 +8,10 @@ use vocabulary::ModuleName;
 use super::template::Template;
 
 pub(super) struct Neighbourhood {
-    /// Names of the modules of the original, and for each the places of the peers that it names.
+    /// Names of the modules of the original, and for each the indices of the peers in its configuration.
     kinds: Vec<(ModuleName, Vec<usize>)>,
     copies: usize,
-    /// How many copies on either side belong to a module's peers; `None`: those that it names.
+    /// Number of copies on either side whose modules are peers; `None` for the peers in the configuration.
     reach: Option<usize>,
 }
 
@@ -28,17 +28,17 @@ impl Neighbourhood {
         Neighbourhood { kinds: kinds.collect(), copies, reach }
     }
 
-    /// How many modules there are.
+    /// The number of modules.
     pub(super) fn members(&self) -> usize {
         self.copies * self.kinds.len()
     }
 
-    /// Copy and kind of a member.
+    /// Copy and template of a member.
     pub(super) fn place(&self, member: usize) -> (usize, usize) {
         (member / self.kinds.len(), member % self.kinds.len())
     }
 
-    /// Those that a member asks, ascending.
+    /// The members that a member queries, ascending.
     fn peers(&self, member: usize) -> Vec<usize> {
         let (copy, kind) = self.place(member);
         let in_copy = |copy: usize| copy * self.kinds.len();
@@ -57,15 +57,15 @@ impl Neighbourhood {
         }
     }
 
-    /// Names of those that a member asks.
+    /// The names of the members that a member queries.
     pub(super) fn peer_names(&self, member: usize) -> Vec<String> {
         self.peers(member).into_iter().map(|other| self.name(other)).collect()
     }
 
-    /// Those that a member asks or is asked by, ascending.
+    /// The members that a member queries or is queried by, ascending.
     pub(super) fn linked(&self, member: usize) -> Vec<usize> {
         match self.reach {
-            // Reach is symmetric.
+            // The relation is symmetric.
             Some(_) => self.peers(member),
             None => {
                 let (copy, kind) = self.place(member);

@@ -1,4 +1,4 @@
-//! A diagnoser's file, and what its module becomes in a copy.
+//! A diagnoser's file, and its version for a copy.
 
 use std::path::{Path, PathBuf};
 
@@ -29,11 +29,11 @@ pub(super) struct Copied {
 }
 
 impl Template {
-    /// Reads and checks a diagnoser's file and those that it names.
+    /// Reads and checks a diagnoser's file and the files named in it.
     pub(super) fn read(file: &Path) -> Result<Template, Failure> {
         let config = load_diagnoser(file).map_err(|errors| unusable(&errors))?;
         let table = read_table(file)?;
-        // Checked above, the two files included.
+        // Checked above, including the two files.
         let named = table.get("thresholds").and_then(Value::as_str).unwrap_or_default();
         let beside =
             file.parent().map_or_else(|| PathBuf::from(named), |folder| folder.join(named));
@@ -55,7 +55,7 @@ impl Template {
         self.config.peers()
     }
 
-    /// The module in the copy of this number.
+    /// The module in the copy with this number.
     pub(super) fn copied(
         &self,
         copy: usize,
@@ -83,11 +83,11 @@ impl Template {
         table.insert("module".into(), name.to_string().into());
         table.insert("structure".into(), format!("structures/{name}.toml").into());
         table.insert("thresholds".into(), format!("thresholds/{name}.toml").into());
-        // What one module measures while it is healthy says nothing of another one.
+        // The healthy measurements of one module do not apply to another.
         table.remove("reference");
         table.insert("peers".into(), peers.into());
         table.insert("network".into(), network.into());
-        // Many cannot share an address or a directory; each gets its own at its start.
+        // The copies cannot share an address or a directory; each gets its own at its start.
         table.remove("health");
         if let Some(state) = table.get_mut("state").and_then(Value::as_table_mut) {
             state.remove("directory");
@@ -104,7 +104,7 @@ impl Template {
         structure
     }
 
-    /// The original's, for the copy moves as the original does.
+    /// The thresholds of the original, because the copy has the same dynamics.
     fn thresholds(&self, name: &ModuleName, row: &StructureName) -> Thresholds {
         let mut thresholds = self.thresholds.clone();
         thresholds.module = name.clone();
@@ -132,7 +132,7 @@ impl Copied {
     }
 }
 
-/// A file that has been read before.
+/// Reads a file again that was checked before.
 pub(super) fn read_table(file: &Path) -> Result<Table, Failure> {
     let unusable = |reason: String| Failure::input(format!("{}: {reason}", file.display()));
     let text = std::fs::read_to_string(file).map_err(|error| unusable(error.to_string()))?;

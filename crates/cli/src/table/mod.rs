@@ -1,5 +1,5 @@
-//! Tables for people: columns under a ruled heading, nothing else. One that is wider than it may be is
-//! folded: its cells take several lines.
+//! Tables in readable form: columns under a ruled heading. A table wider than permitted is folded: its cells take
+//! several lines.
 
 mod width;
 
@@ -13,30 +13,30 @@ use crate::paint::{Colour, Paint};
 
 pub(crate) use width::{WidthArguments, terminal_width};
 
-/// Where cells are broken, unless a column says otherwise.
+/// The character at which cells are broken, unless a column specifies another.
 const BLANK: char = ' ';
 
-/// Blanks beside each column.
+/// Spaces beside each column.
 const MARGIN: usize = 2;
-/// What is left to each of the other columns before one keeps its words whole.
+/// Width left for each other column before a column keeps its words whole.
 const LEAST: usize = 8;
 
 /// The line under the heading.
 const RULE: char = '─';
-/// The line between two rows, which shows where a row ends and is not printed.
+/// Internal mark of the end of a row, which is not printed.
 const ROW_END: char = '\u{1e}';
 
-/// How far apart columns stand.
+/// Spacing of columns.
 #[derive(Debug, Clone, Copy)]
 struct Spacing {
     style: TableStyle,
     padding: (u16, u16),
 }
 
-/// Three blanks between columns, and two before the first.
+/// Three spaces between columns, and two before the first.
 const ROOMY: Spacing =
     Spacing { style: ruled(LineStyle::new(RULE, RULE, RULE, RULE)), padding: (1, 1) };
-/// Two blanks between columns, and none before the first.
+/// Two spaces between columns, and none before the first.
 const DENSE: Spacing =
     Spacing { style: ruled(LineStyle::none().fill(RULE).junction(RULE)), padding: (0, 1) };
 
@@ -49,7 +49,7 @@ const fn ruled(rule: LineStyle) -> TableStyle {
 pub(crate) struct TextTable {
     columns: Vec<TextColumn>,
     rows: Vec<Vec<String>>,
-    /// Columns that share one in a folded table; empty if each has its own.
+    /// Columns that share a column in a folded table; empty if each is separate.
     stacks: Vec<Vec<usize>>,
 }
 
@@ -58,7 +58,7 @@ pub(crate) struct TextTable {
 struct TextColumn {
     heading: String,
     alignment: CellAlignment,
-    /// The character that a line of a cell may end in place of.
+    /// The character that is replaced by a line break within a cell.
     break_at: char,
 }
 
@@ -77,12 +77,13 @@ pub(crate) fn table(heading: &[&str]) -> TextTable {
 }
 
 impl TextTable {
-    /// Adds a row with a cell for each column. Control characters in a cell are escaped: its text may come from elsewhere.
+    /// Adds a row with a cell for each column. Escapes control characters in cells, because the text may come from
+    /// other parties.
     pub(crate) fn add_row(&mut self, cells: impl IntoIterator<Item = impl Into<String>>) {
         self.rows.push(cells.into_iter().map(|cell| printable(&cell.into())).collect());
     }
 
-    /// The cells of these columns end at the same place.
+    /// Aligns the cells of these columns right.
     pub(crate) fn align_right(&mut self, columns: impl IntoIterator<Item = usize>) {
         for column in columns {
             if let Some(column) = self.columns.get_mut(column) {
@@ -91,25 +92,25 @@ impl TextTable {
         }
     }
 
-    /// The cells of this column are times, which may be broken between day and hour.
+    /// Marks a column of times, which may be broken between day and hour.
     pub(crate) fn break_times(&mut self, column: usize) {
         if let Some(column) = self.columns.get_mut(column) {
             column.break_at = 'T';
         }
     }
 
-    /// In a folded table, the cells of the columns of a stack stand one below the other.
+    /// In a folded table, shows the cells of the columns of a stack one below the other.
     pub(crate) fn stack(&mut self, stacks: &[&[usize]]) {
         self.stacks = stacks.iter().map(|stack| stack.to_vec()).collect();
     }
 
-    /// The text, no wider than `width`.
+    /// The text, at most `width` wide.
     pub(crate) fn text(&self, width: Option<u16>) -> String {
         self.painted(width, &[], Paint::NONE)
     }
 
-    /// The text, no wider than `width`, each row in its colour. Painted line by line, for the codes of
-    /// colours would count as width in a cell.
+    /// The text, at most `width` wide, with each row in its colour. Colours are added line by line, because the escape
+    /// codes would count as width in a cell.
     pub(crate) fn painted(
         &self,
         width: Option<u16>,
@@ -121,7 +122,7 @@ impl TextTable {
         let rule = lines.iter().position(|line| line.starts_with(RULE));
         let (heading, rows) = lines.split_at(rule.map_or(0, |rule| rule + 1));
         let rows: Vec<&[String]> = rows.split(|line| is_row_end(line)).collect();
-        // Rows of several lines would run into each other.
+        // Without separation, rows of several lines would not be distinguishable.
         let apart = rows.iter().any(|row| row.len() > 1);
         let mut text = heading.to_vec();
         for (number, row) in rows.into_iter().enumerate() {
@@ -166,12 +167,12 @@ fn is_row_end(line: &str) -> bool {
     line.trim_start().starts_with(ROW_END)
 }
 
-/// All lines of a table are equally wide.
+/// Whether the table is too wide; all its lines have the same width.
 fn is_wider(drawn: &Table, width: u16) -> bool {
     drawn.lines().next().is_some_and(|line| line.chars().count() > usize::from(width))
 }
 
-/// The table, drawn in this width.
+/// The table, folded to this width.
 fn folded(table: &TextTable, width: u16) -> Table {
     let stacked = stacked(table);
     let mut drawn = stacked.drawn(DENSE);
@@ -199,7 +200,7 @@ fn stacked(table: &TextTable) -> TextTable {
     }
 }
 
-/// The column that the columns of a stack share.
+/// The column shared by the columns of a stack.
 fn shared(columns: &[TextColumn], stack: &[usize]) -> TextColumn {
     let members: Vec<&TextColumn> = stack.iter().filter_map(|place| columns.get(*place)).collect();
     let headings: Vec<&str> = members.iter().map(|column| column.heading.as_str()).collect();
@@ -226,7 +227,7 @@ fn longest_words(table: &TextTable) -> Vec<usize> {
     table.columns.iter().enumerate().map(of_column).collect()
 }
 
-/// From the first column on: what identifies a row stands there.
+/// Starts with the first columns, because they identify the row.
 fn keep_words_whole(drawn: &mut Table, words: &[usize], width: u16) {
     let mut room = usize::from(width).saturating_sub(MARGIN * words.len());
     let mut others: usize = words.iter().map(|word| LEAST.min(*word)).sum();
@@ -234,7 +235,7 @@ fn keep_words_whole(drawn: &mut Table, words: &[usize], width: u16) {
         others -= LEAST.min(word);
         let fits = word + others <= room;
         if fits {
-            // The blank that the column has at its end counts.
+            // The width includes the space at the end of the column.
             let whole = u16::try_from(word + 1).unwrap_or(u16::MAX);
             column.set_constraint(ColumnConstraint::LowerBoundary(Width::Fixed(whole)));
         }

@@ -1,12 +1,12 @@
-//! How wide tables may be.
+//! The width of tables.
 
 use std::io::{self, IsTerminal};
 
 use terminal_size::{Width, terminal_size_of};
 
-/// The width of a terminal that does not report its own.
+/// The width assumed for a terminal that does not report its own.
 const USUAL: u16 = 80;
-/// On anything narrower there would be a letter or two in a line of a cell.
+/// On a narrower terminal, a line of a cell would have space for only a letter or two.
 const NARROWEST: u16 = 40;
 
 /// Whether tables may be wider than the terminal.
@@ -18,13 +18,13 @@ pub(crate) struct WidthArguments {
 }
 
 impl WidthArguments {
-    /// The width that tables may have; `None` for any.
+    /// The maximum width of tables; `None` if unlimited.
     pub(crate) fn limit(self) -> Option<u16> {
         if self.wide { None } else { terminal_width() }
     }
 }
 
-/// The width of the terminal on standard output; `None` for files and pipes, which get whole lines.
+/// The width of the terminal on standard output; `None` for files and pipes, which get unbroken lines.
 pub(crate) fn terminal_width() -> Option<u16> {
     let out = io::stdout();
     let variable = std::env::var("COLUMNS").ok();

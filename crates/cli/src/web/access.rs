@@ -1,4 +1,4 @@
-//! Who gets to the page of `trusswatch web`, and by which way; and `trusswatch web link`, which lets a person in, once.
+//! Access to the page of `trusswatch web`; and `trusswatch web link`, which creates a link that admits a user once.
 
 use std::io::{self, Write};
 use std::net::SocketAddr;
@@ -37,7 +37,7 @@ pub(super) struct AccessFlags {
 }
 
 impl AccessFlags {
-    /// Where the page is served, checked.
+    /// The address and protocol of the page, checked.
     pub(super) fn listener(&self, listen: SocketAddr) -> Result<ListenerSettings, Failure> {
         let files = self.page_certificate.clone().zip(self.page_key.clone());
         let authority = self.page_authority.clone();
@@ -48,7 +48,8 @@ impl AccessFlags {
         Ok(settings)
     }
 
-    /// The directory of certificates that are revoked, which has to be there: a wrong name must not let anybody in.
+    /// The directory of revoked certificates, which must exist, so that a wrong name does not admit users with revoked
+    /// ones.
     pub(super) fn revoked(&self) -> Result<Option<PathBuf>, Failure> {
         if let Some(directory) = &self.revoked
             && let Err(error) = std::fs::read_dir(directory)

@@ -1,4 +1,4 @@
-//! `trusswatch web`: the page.
+//! `trusswatch web`: serves the web page.
 
 mod access;
 

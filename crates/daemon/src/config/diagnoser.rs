@@ -1,4 +1,4 @@
-//! A diagnoser's file: its own module and nothing else of the structure.
+//! A diagnoser's configuration file, which describes its own module only.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use vocabulary::{Component, ModuleName, StructureName};
 use super::method::{DetectionSection, IsolationSection};
 use crate::thresholds::Thresholds;
 
-/// The file as it is written.
+/// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct DiagnoserFile {
@@ -59,7 +59,7 @@ fn one_millisecond() -> f64 {
     1e-3
 }
 
-/// The table `[publish]`: how often each message is published.
+/// The table `[publish]`: the intervals of messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PublishSettings {
@@ -84,17 +84,17 @@ impl Default for PublishSettings {
     }
 }
 
-/// The table `[queries]`: the time limits of queries.
+/// The table `[queries]`: timeouts of queries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct QuerySettings {
-    /// How long a peer's answer is waited for \[ms\]: 300. Twice as long after a question that timed out, four times
-    /// after another, until the peer answers or refuses.
+    /// Timeout of a query to a peer \[ms\]: 300. Doubled after a timeout, and once more after another, until the peer
+    /// answers or refuses.
     pub timeout_ms: u64,
     /// How long a peer's query is held until its step arrives \[ms\]: 1000.
     pub hold_ms: u64,
-    /// How long the next sample waits for a peer's answer \[ms\]: 50. While the answers come within
-    /// this, every transition is that of a single process, not only every verdict.
+    /// How long the next sample waits for a peer's answer \[ms\]: 50. If all answers arrive within this time, every
+    /// transition equals that of a single process, not only every verdict.
     pub pause_ms: u64,
 }
 
@@ -118,15 +118,15 @@ impl QuerySettings {
     }
 }
 
-/// The table `[input]`: how missing, late and foreign samples are handled.
+/// The table `[input]`: the handling of missing, late and foreign samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct InputSettings {
     /// Without a sample for this long the module is stale \[ms\]: 500.
     pub stale_after_ms: u64,
-    /// Samples that have waited for this long are dropped, to catch up with the present \[ms\]: 1000.
+    /// Samples that have waited for this long are dropped, so that processing catches up \[ms\]: 1000.
     pub resync_after_ms: u64,
-    /// How many missed samples the publisher is asked for: 8192; 0 for none.
+    /// Most missed samples requested from the publisher: 8192; 0 for none.
     pub recover_steps: u64,
     /// A publisher that is silent for this long may be replaced by another one \[ms\]: 200.
     pub incumbent_ms: u64,
@@ -152,15 +152,14 @@ impl InputSettings {
     }
 }
 
-/// The table `[state]`: what outlives the process.
+/// The table `[state]`: persistent state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StateSettings {
-    /// The directory of the journal, relative to this file. Without one it is that of the environment
-    /// variable `STATE_DIRECTORY`; without either, faults are forgotten when the process ends.
+    /// The directory of the journal, relative to this file. Default: the environment variable `STATE_DIRECTORY`;
+    /// without it, faults are lost when the process ends.
     pub directory: Option<PathBuf>,
-    /// A new file of the journal is begun when the present one has got so large \[MiB\]: 16. One older
-    /// file is kept.
+    /// A new journal file begins when the present one reaches this size \[MiB\]: 16. One older file is kept.
     pub rotate_mib: u64,
 }
 
@@ -175,7 +174,7 @@ impl StateSettings {
         self.rotate_mib << 20
     }
 
-    /// Resolves the directory relative to the file that names it.
+    /// Resolves the directory relative to the configuration file.
     fn resolve(mut self, document: &SettingsFile) -> Self {
         let given = std::env::var_os(STATE_VARIABLE).filter(|text| !text.is_empty());
         let named = self.directory.map(|directory| document.beside(&directory));
@@ -184,7 +183,7 @@ impl StateSettings {
     }
 }
 
-/// The environment variable that names the state directory; service managers set it.
+/// The environment variable with the state directory, set by service managers.
 const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 
 /// The checked configuration of a diagnoser process.
@@ -192,17 +191,17 @@ const STATE_VARIABLE: &str = "STATE_DIRECTORY";
 pub struct DiagnoserConfig {
     /// Name of the structure, from its description.
     pub structure_name: StructureName,
-    /// Where to listen and connect.
+    /// Endpoints to listen on and connect to.
     pub network: Network,
-    /// How often each message is published.
+    /// The intervals of messages.
     pub publish: PublishSettings,
-    /// The time limits of queries.
+    /// Timeouts of queries.
     pub queries: QuerySettings,
-    /// How missing, late and foreign samples are handled.
+    /// The handling of missing, late and foreign samples.
     pub input: InputSettings,
-    /// What outlives the process.
+    /// Persistent state.
     pub state: StateSettings,
-    /// Where health is served, if anywhere.
+    /// The address that serves health, if any.
     pub health: Option<SocketAddr>,
     /// Fingerprint of the thresholds.
     pub thresholds: String,
@@ -215,7 +214,7 @@ impl DiagnoserConfig {
         self.setup.reference.as_ref().map(|reference| reference.fingerprint())
     }
 
-    /// What the `diagnosis::Diagnoser` is made from.
+    /// The setup for a `diagnosis::Diagnoser`.
     #[must_use]
     pub fn module_setup(&self) -> ModuleSetup {
         self.setup.clone()
@@ -243,7 +242,7 @@ impl DiagnoserConfig {
     /// Adds endpoints from the command line.
     ///
     /// # Errors
-    /// An invalid endpoint.
+    /// An endpoint is invalid.
     pub fn with_flags(mut self, flags: &NetworkFlags) -> Result<Self, ConfigErrors> {
         self.network.add(flags);
         let mut errors = ConfigErrors(Vec::new());
@@ -251,24 +250,24 @@ impl DiagnoserConfig {
         errors.or(self)
     }
 
-    /// Serves health where the flag says, if it is given.
+    /// Sets the address for health from the flag, if given.
     ///
     /// # Errors
-    /// An invalid address.
+    /// The address is invalid.
     pub fn with_health(mut self, flags: &HealthFlags) -> Result<Self, ConfigErrors> {
         let mut errors = ConfigErrors(Vec::new());
         self.health = flags.address_or(self.health, &mut errors);
         errors.or(self)
     }
 
-    /// Keeps the journal in this directory, if one is given.
+    /// Sets the directory of the journal, if given.
     #[must_use]
     pub fn with_state_directory(mut self, directory: Option<PathBuf>) -> Self {
         self.state.directory = directory.or(self.state.directory);
         self
     }
 
-    /// With the reference of the file, or without any.
+    /// Keeps the reference in the file, or removes it.
     pub(crate) fn with_reference(mut self, wanted: bool) -> Self {
         if !wanted {
             self.setup.reference = None;
@@ -285,10 +284,10 @@ impl DiagnoserConfig {
     }
 }
 
-/// Reads and checks a diagnoser's file and the files that it names.
+/// Reads and checks a diagnoser's file and the files named in it.
 ///
 /// # Errors
-/// Every mistake that was found.
+/// All errors found.
 pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let mut written: DiagnoserFile = document.parse()?;
@@ -320,7 +319,7 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
             let place: Vec<&str> = place.iter().map(String::as_str).collect();
             errors.add(&thresholds_document.file, thresholds_document.line(&place), problem);
         }
-        // Stands in so that the rest of the setup can be checked as well.
+        // A placeholder, so that the rest of the setup is checked as well.
         vec![1.0; components.len()]
     });
     let structure_name = structure.name.clone();
@@ -345,10 +344,10 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     })
 }
 
-/// Reads a reference. One of another version is refused as that, whatever it holds.
+/// Reads a reference. A file of another version is reported as such, whatever its content.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
     #[derive(Deserialize)]
     struct ReferenceHead {
@@ -365,21 +364,21 @@ pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
     }
 }
 
-/// A module that thresholds are to be made for.
+/// A module whose thresholds are to be calibrated.
 #[derive(Debug, Clone)]
 pub struct Uncalibrated {
-    /// The setup; its thresholds mean nothing.
+    /// The setup, with placeholder thresholds.
     pub setup: ModuleSetup,
-    /// The detection that the thresholds are for.
+    /// The detection settings for the calibration.
     pub detection: DetectionSection,
-    /// The file that the thresholds belong into.
+    /// The file for the thresholds.
     pub thresholds: PathBuf,
 }
 
 /// Reads and checks a diagnoser's file and its structure, but not its thresholds.
 ///
 /// # Errors
-/// Every mistake that was found.
+/// All errors found.
 pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let written: DiagnoserFile = document.parse()?;
@@ -427,7 +426,7 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
     }
 }
 
-/// Where in the file a problem of the setup lies.
+/// The place in the file that causes an error of the setup.
 fn place(problem: &SetupError) -> Vec<&str> {
     use diagnosis::divergence::SettingsError;
     match problem {

@@ -1,4 +1,4 @@
-//! The settings of detection and isolation as they stand in a file; what is left out is the default.
+//! The settings of detection and isolation in a configuration file; all have defaults.
 
 use std::fmt::Debug;
 
@@ -7,7 +7,7 @@ use diagnosis::residual::ActuatorResidual;
 use diagnosis::{DetectionSettings, IsolationSettings, Rule};
 use serde::{Deserialize, Serialize};
 
-/// Detection: what thresholds depend on.
+/// Detection: the settings that thresholds depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DetectionSection {
@@ -19,8 +19,8 @@ pub struct DetectionSection {
     pub interval: Interval,
     /// `"tracking"`, the default, or `"demand"`.
     pub actuator_residual: ActuatorResidual,
-    /// Vectors that a channel must have taken before it is judged: 2500. More than the interval
-    /// holds, so that what the models did while they settled has left it again.
+    /// Vectors that a channel must have processed before it is judged: 2500. This exceeds the interval, so that the
+    /// models' initial transients have left it.
     pub warm_up_vectors: u64,
 }
 
@@ -57,7 +57,7 @@ impl From<DetectionSettings> for DetectionSection {
 }
 
 impl DetectionSection {
-    /// The settings in which the other differs: name, this value, other value.
+    /// The settings that differ from another section: name, this value, other value.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<(&'static str, String, String)> {
         fn differing<T: PartialEq + Debug>(
@@ -86,15 +86,15 @@ impl DetectionSection {
 pub struct IsolationSection {
     /// `"first_change"`, the default, or `"paper"`.
     pub rule: Rule,
-    /// Time from a change to its judgement: 6.
+    /// Time from a change to its judgement \[ms\]: 6.
     pub hold_ms: f64,
-    /// Changes at most this far apart are simultaneous: 3.
+    /// Changes at most this far apart are simultaneous \[ms\]: 3.
     pub tie_ms: f64,
-    /// A change whose ratio to its threshold reaches this within the tie is a root cause of its own: 30.
+    /// A change whose ratio to its threshold reaches this value within the tie is a separate root cause: 30.
     pub root_ratio: f64,
-    /// Time that effects take; a root explains for so long after it has stopped changing: 250.
+    /// Duration of effects: a root cause explains changes for this long after it has stopped changing \[ms\]: 250.
     pub effect_ms: f64,
-    /// Time below the threshold after which a channel is quiet again: 40.
+    /// Time below the threshold after which a channel has returned to normal \[ms\]: 40.
     pub quiet_ms: f64,
 }
 
@@ -112,11 +112,11 @@ impl Default for IsolationSection {
 }
 
 impl IsolationSection {
-    /// In steps of this length \[s\]; a part of a step is a whole one.
+    /// The settings in steps of this length \[s\], rounded up.
     #[must_use]
     pub fn in_steps_of(&self, step_s: f64) -> IsolationSettings {
         let step_ms = 1e3 * step_s;
-        // What is whole but for rounding gets no step more.
+        // Tolerates rounding errors, so that whole numbers are not rounded up.
         let steps = |time_ms: f64| (time_ms / step_ms * (1.0 - 1e-9)).ceil() as u64;
         IsolationSettings {
             rule: self.rule,

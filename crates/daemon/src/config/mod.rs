@@ -1,4 +1,4 @@
-//! Configuration files: read, checked, and every mistake reported at once.
+//! Reads and checks configuration files; reports all errors at once.
 
 mod diagnoser;
 mod method;

@@ -1,4 +1,4 @@
-//! The simulated plant's file.
+//! The configuration file of the simulated plant.
 
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -17,7 +17,7 @@ use super::diagnoser::load_structure;
 use super::schedule::{Schedule, load_schedule};
 use super::speed::Speed;
 
-/// The file as it is written.
+/// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlantFile {
@@ -58,24 +58,23 @@ fn usual_burst() -> u64 {
     4
 }
 
-/// The table `[mismatch]`: how the true tower differs from the one that is described.
+/// The table `[mismatch]`: how the true tower differs from the description.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MismatchSection {
-    /// Every stiffness, mass, damping, volume, gain and noise is multiplied by a factor of its own
-    /// within 1 ± this.
+    /// Every stiffness, mass, damping, volume, gain and noise is multiplied by a random factor within 1 ± this value.
     pub relative: f64,
     /// Seed of the factors.
     pub seed: u64,
 }
 
-/// The table `[lock_step]`: how a plant that runs as fast as it can waits for the diagnosers.
+/// The table `[lock_step]`: how a plant that runs at maximum speed waits for the diagnosers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LockStep {
     /// Most steps ahead of the slowest diagnoser: 200.
     pub window_steps: u64,
-    /// A diagnoser without progress for this long is no longer waited for \[ms\]: 10000.
+    /// A diagnoser without progress for this long is ignored \[ms\]: 10000.
     pub timeout_ms: u64,
 }
 
@@ -98,21 +97,21 @@ pub struct PlantConfig {
     pub seed: u64,
     /// How fast simulated time passes.
     pub speed: Speed,
-    /// By the clock, samples are published in bursts of this many steps.
+    /// At a fixed speed, samples are published in bursts of this many steps.
     pub burst_steps: u64,
     /// End after this many steps.
     pub steps: Option<u64>,
     /// Number of the run; otherwise the time.
     pub run: Option<RunId>,
-    /// Diagnosers that must be there before step 0.
+    /// Diagnosers that must be running before step 0.
     pub wait_for: Vec<ModuleName>,
     /// Faults to inject.
     pub schedule: Schedule,
-    /// How diagnosers are waited for.
+    /// How the plant waits for diagnosers.
     pub lock_step: LockStep,
-    /// Where to listen and connect.
+    /// Endpoints to listen on and connect to.
     pub network: Network,
-    /// Where health is served, if anywhere.
+    /// The address that serves health, if any.
     pub health: Option<SocketAddr>,
 }
 
@@ -120,7 +119,7 @@ impl PlantConfig {
     /// The plant as configured, before its first step.
     ///
     /// # Errors
-    /// No plant can be made of this; with what would be right.
+    /// The configuration does not describe a valid plant; the error names what is expected.
     pub fn make_plant(&self) -> Result<Plant, PlantError> {
         let Some(MismatchSection { relative, seed }) = self.mismatch else {
             return Plant::new(&self.structure, &self.parameters, self.seed);
@@ -169,10 +168,10 @@ fn run_id(text: &str) -> Result<RunId, std::num::ParseIntError> {
     text.parse().map(RunId)
 }
 
-/// Reads and checks a plant's file and the files that it names; flags go before the file.
+/// Reads and checks a plant's file and the files named in it; flags override the file.
 ///
 /// # Errors
-/// Every mistake that was found.
+/// All errors found.
 pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let mut written: PlantFile = document.parse()?;
@@ -257,7 +256,7 @@ fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut Conf
     }
 }
 
-/// Makes the plant and tries every scheduled fault on it.
+/// Creates the plant and injects every scheduled fault as a check.
 fn check_plant(
     config: &PlantConfig,
     document: &SettingsFile,
@@ -288,7 +287,7 @@ fn check_plant(
     }
 }
 
-/// The line of the file that most likely keeps the plant from being made.
+/// The place in the file that most likely causes the error.
 fn place(error: &PlantError) -> &'static [&'static str] {
     match error {
         PlantError::Model(_) => &["structure"],

@@ -28,9 +28,9 @@ pub struct Schedule {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScheduledFault {
-    /// The first step that shows it.
+    /// The first step with the fault.
     pub at_step: Step,
-    /// The first step that does not show it any more; without it, the fault stays.
+    /// The first step without the fault; by default the fault stays.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_step: Option<Step>,
     /// The component.

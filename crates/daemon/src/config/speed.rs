@@ -1,25 +1,25 @@
-//! How fast the plant runs.
+//! The speed of the plant.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// How fast simulated time passes.
+/// The speed of simulated time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "SpeedValue", into = "SpeedValue")]
 pub enum Speed {
-    /// As fast as the slowest diagnoser.
+    /// The speed of the slowest diagnoser.
     Max,
-    /// By the clock, times this factor; 1 is real time.
+    /// A multiple of real time.
     Factor(f64),
 }
 
 impl Speed {
-    /// Simulated time passes like time.
+    /// Real time.
     pub const REAL: Speed = Speed::Factor(1.0);
 
-    /// The factor, if there is one.
+    /// The factor, unless the speed is [`Speed::Max`].
     #[must_use]
     pub fn factor(self) -> Option<f64> {
         match self {

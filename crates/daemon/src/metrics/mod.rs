@@ -1,9 +1,8 @@
-//! The status as metrics: pure functions from the messages on the network to the text that Prometheus
-//! reads.
+//! Metrics derived from the status: pure functions from messages to the text format of Prometheus.
 //!
 //! | file | job |
 //! |---|---|
-//! | `module`, `plant` | what a diagnoser, a plant counts |
+//! | `module`, `plant` | metrics of a diagnoser, of a plant |
 //!
 //! Units are seconds and bytes. Labels have few values, known from the configuration: the module and its
 //! structure, its own components, its peers, and the names of states and reasons.
@@ -23,7 +22,7 @@ pub(crate) use module::{
     AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport,
 };
 
-/// What a diagnoser counts; as long as it has not reported, what every process counts.
+/// Metrics of a diagnoser; those common to all processes until the first report.
 pub(crate) fn of_module(
     speaker: &Speaker,
     report: Option<&ModuleReport>,
@@ -38,7 +37,7 @@ pub(crate) fn of_module(
     })
 }
 
-/// What a plant counts.
+/// Metrics of a plant.
 pub(crate) fn of_plant(
     status: &PlantStatus,
     process: &ProcessReport,

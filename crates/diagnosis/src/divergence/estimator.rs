@@ -129,8 +129,8 @@ impl EstimatorGroup {
         true
     }
 
-    /// Deletes the oldest vector where the interval is over-full and keeps the successor going. The history
-    /// goes on whatever the channels do: all of them may have restarted, each at a time of its own.
+    /// Deletes the oldest vector if the interval is too full, and updates the successor. The history advances
+    /// independently of the channels, each of which may have restarted at a different time.
     #[inline(always)]
     fn slide(&mut self, on: impl Instructions, interval: f64) {
         if self.history.held() as f64 <= interval {

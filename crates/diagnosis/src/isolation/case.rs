@@ -89,7 +89,7 @@ pub(crate) enum Judgement {
     Root,
     /// Nothing explains it: it is the root, if everybody was watching when something might have happened that does.
     First,
-    /// It is no effect, because its component was a root cause before: whatever that came to.
+    /// Not an effect, because its component was a root cause before, whatever became of that verdict.
     Again,
     /// Another component's change explains it.
     Explained {

@@ -1,5 +1,6 @@
-//! Verdicts that rest on a peer's word. Whoever changed first is faulty, so a peer whose component explains a change
-//! here has to raise the alarm itself: it is asked once more, and its word counts for nothing if it does not.
+//! Verdicts that depend on a peer's answer. The component that changed first is the faulty one, so a peer whose
+//! component explains a local change must raise the alarm itself: it is queried once more, and its answer is discarded
+//! if it has not.
 
 use vocabulary::{ComponentPath, ModuleName, Step, delivery::Backoff};
 
@@ -56,7 +57,7 @@ impl Claims {
         self.open.retain(|claim| claim.case.channel != channel);
     }
 
-    /// The case has been found to be the effect of what a peer's component did at `since`.
+    /// Opens a claim: the case was judged an effect of the change of a peer's component at `since`.
     pub(super) fn open(&mut self, case: Case, by: ComponentPath, since: Step) {
         let channel = case.channel;
         let of_channel = self.open.iter().filter(|claim| claim.case.channel == channel);

@@ -5,7 +5,7 @@
 //! explains what begins to change while it changes itself, and for an effect time afterwards: a fault moves its
 //! own residual at once, but its effects arrive by way of cylinders and masses.
 //!
-//! - A change whose D/γ reaches the root ratio within the tie is no effect: it is a root cause of its own.
+//! - A change whose D/γ reaches the root ratio within the tie is a separate root cause rather than an effect.
 //! - A component that was a root cause is one again whenever it changes before the interval has forgotten it, or
 //!   as long as it is known to be faulty: it is repaired, it is back, or its fault leaves the interval. It explains
 //!   what follows from that, too.

@@ -197,8 +197,8 @@ impl Isolator {
         findings
     }
 
-    /// What is found about a case that is due; `None` as long as answers may come. A jump is no effect, so it
-    /// needs nobody who does not answer, or was not watching.
+    /// The finding on a case that is due; `None` while answers may still arrive. A jump cannot be an effect, so its
+    /// finding does not depend on peers that do not answer or were not watching.
     fn find(
         &self,
         case: &Case,
@@ -266,7 +266,8 @@ impl Isolator {
         questions
     }
 
-    /// A case was found to be the effect of what `by` did at `since`. If that is a peer's, it rests on its word.
+    /// A case was judged an effect of the change of `by` at `since`. If `by` belongs to a peer, the judgement depends
+    /// on that peer's confirmation.
     pub(crate) fn rest_on(&mut self, case: &Case, by: &ComponentPath, since: Step) {
         let peer = self.peers.iter().find(|peer| peer.name == by.module);
         let stands =
@@ -434,7 +435,7 @@ impl Isolator {
         ComponentPath { module: self.module.clone(), component: self.components[channel].clone() }
     }
 
-    /// Does no change await its judgement, and is no peer to be asked?
+    /// Whether no change awaits judgement and no query to a peer is due.
     pub(crate) fn is_idle(&self, now: Step) -> bool {
         self.cases.is_empty() && !self.claims.is_any_due(now)
     }

@@ -11,11 +11,11 @@ use super::signals::{ratios, seconds, shown_in, trace};
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 130.0;
-/// The divergence is drawn from here on, in thresholds.
+/// Lower end of the divergence axis, in thresholds.
 const LOWEST: f64 = 1e-6;
 
-/// What was measured, the residual and the divergence over its threshold; of a cylinder also its pressures. Time counts
-/// from the detection.
+/// Draws the measured signal, the residual and the ratio of divergence to threshold; for a cylinder also the pressures.
+/// Time is relative to the detection.
 #[must_use]
 pub fn svg(frame: &FreezeFrame) -> String {
     let panels = [

@@ -1,9 +1,9 @@
-//! Drawings of freeze frames: what was measured around the latching of a fault, as SVG text.
+//! Drawings of freeze frames: measurements around the latching of a fault, as SVG text.
 //!
 //! | file | what |
 //! |---|---|
-//! | `drawing` | a frame drawn as SVG |
-//! | `signals` | its traces, times and ratios as they are shown |
+//! | `drawing` | draws a frame as SVG |
+//! | `signals` | the traces, times and ratios of a frame in display units |
 //! | `testing` | a made-up frame |
 
 mod drawing;

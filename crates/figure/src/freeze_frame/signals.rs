@@ -1,15 +1,15 @@
-//! The traces of a frame, and the units and times in which they are shown.
+//! The traces of a frame, with the units and times in which they are displayed.
 
 use vocabulary::words::in_small_units;
 use vocabulary::{FreezeFrame, Trace};
 
-/// The traces of this name or, of another kind of component, that one.
+/// The first trace found under these names, which depend on the kind of component.
 #[must_use]
 pub fn trace<'a>(frame: &'a FreezeFrame, names: &[&str]) -> Option<&'a Trace> {
     names.iter().find_map(|name| frame.signals.traces.iter().find(|trace| trace.name == *name))
 }
 
-/// The unit that a trace is shown in, and how many of it are one of the trace's.
+/// The display unit of a trace, and the factor from the trace's unit to it.
 #[must_use]
 pub fn shown_in(trace: &Trace) -> (f64, String) {
     match trace.unit.as_str() {
@@ -24,11 +24,11 @@ pub fn shown_in(trace: &Trace) -> (f64, String) {
 #[expect(clippy::cast_precision_loss, reason = "some seconds")]
 pub fn seconds(frame: &FreezeFrame, step: u64) -> f64 {
     let steps = i128::from(step) - i128::from(frame.signals.detection_step.0);
-    // To the nanosecond: the time of a step is not a number that comes out even.
+    // Rounded to the nanosecond, because the duration of a step is not exact in binary.
     (1e9 * steps as f64 * frame.signals.step_s).round() / 1e9
 }
 
-/// D/γ at each step, not a number where it is undefined.
+/// D/γ at each step; NaN where undefined.
 #[must_use]
 pub fn ratios(frame: &FreezeFrame) -> Vec<f64> {
     let values = trace(frame, &["divergence"]).map_or(&[][..], |trace| &trace.values);

@@ -1,11 +1,11 @@
-//! The plot of a panel: from values to places on paper.
+//! The plot area of a panel: maps values to positions on the page.
 
 use svg::node::element::Rectangle;
 
 use super::ink;
 use super::layout::PlotLayout;
 
-/// The plot of a panel at its height.
+/// The plot area of a panel at its vertical position.
 pub(super) struct PlotArea<'a> {
     pub(super) layout: &'a PlotLayout<'a>,
     pub(super) top: f64,
@@ -28,13 +28,13 @@ impl PlotArea<'_> {
         self.top + self.height
     }
 
-    /// Where a value stands; values beyond the range stand on the edge.
+    /// The vertical position of a value; values beyond the range are placed on the edge.
     pub(super) fn down(&self, value: f64) -> f64 {
         let place = self.layout.y.place(value);
         self.bottom() - self.height * if place.is_nan() { place } else { place.clamp(0.0, 1.0) }
     }
 
-    /// Where a point stands, if it is within the range of x and has a place on y.
+    /// The position of a point, if x is within its range and y has a position.
     pub(super) fn point(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         let point = [self.layout.across(x), self.down(y)];
         (self.layout.is_seen(x) && point[1].is_finite()).then_some(point)

@@ -1,36 +1,36 @@
-//! Axes: from values to places along them.
+//! Axes: map values to positions along them.
 
 use super::ticks::{self, Tick};
 
-/// Share of an automatic range that is left empty at either end.
+/// Share of an automatic range left empty at either end.
 const PADDING: f64 = 0.05;
 
-/// How values become places.
+/// The mapping of values to positions.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Scale {
-    /// Evenly.
+    /// Linear.
     Linear,
-    /// By their logarithm; values must be above 0, others are not drawn.
+    /// Logarithmic; values must be above 0, others are not drawn.
     Log,
-    /// One place each for these names; value i stands for name i.
+    /// One position for each of these names; value i belongs to name i.
     Categories(Vec<String>),
 }
 
 /// An axis of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlotAxis {
-    /// What it shows, with the unit.
+    /// The quantity, with its unit.
     pub label: String,
-    /// How values become places.
+    /// The mapping of values to positions.
     pub scale: Scale,
-    /// First and last value; from the data if not given.
+    /// First and last value; taken from the data if `None`.
     pub range: Option<[f64; 2]>,
-    /// Whether ticks are labelled; panels above one another need it once.
+    /// Whether ticks have labels; of panels above one another only the lowest needs them.
     pub tick_labels: bool,
 }
 
 impl PlotAxis {
-    /// An evenly divided axis that fits its data.
+    /// A linear axis that fits its data.
     #[must_use]
     pub fn linear(label: impl Into<String>) -> Self {
         Self::new(label.into(), Scale::Linear)
@@ -58,14 +58,13 @@ impl PlotAxis {
         Self { range: Some(range), ..self }
     }
 
-    /// The same axis, for a panel that stands on another with the same one: neither label nor ticks'
-    /// labels.
+    /// The same axis without its label and tick labels, for a panel placed above another with the same axis.
     #[must_use]
     pub fn bare(self) -> Self {
         Self { label: String::new(), tick_labels: false, ..self }
     }
 
-    /// The axis over its own range or else that of the data.
+    /// The axis over its own range, or else over the range of the data.
     pub(super) fn fit(&self, values: impl Iterator<Item = f64>) -> Fitted {
         let transform = match self.scale {
             Scale::Log => Transform::Log,
@@ -79,7 +78,7 @@ impl PlotAxis {
         Fitted { transform, low, high }
     }
 
-    /// The ticks of the fitted axis, about `target` of them.
+    /// The ticks of the fitted axis, about `target` in number.
     pub(super) fn ticks(&self, fitted: &Fitted, target: f64) -> Vec<Tick> {
         let mut ticks = match &self.scale {
             Scale::Linear => ticks::linear(fitted.low, fitted.high, target),
@@ -93,11 +92,11 @@ impl PlotAxis {
     }
 }
 
-/// An axis whose range is known.
+/// An axis with a known range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fitted {
     transform: Transform,
-    /// The ends, transformed.
+    /// The transformed ends.
     low: f64,
     high: f64,
 }
@@ -109,7 +108,7 @@ enum Transform {
 }
 
 impl Transform {
-    /// NaN where there is no place for the value.
+    /// NaN for a value without a position.
     fn of(self, value: f64) -> f64 {
         match self {
             Transform::Linear => value,
@@ -120,14 +119,14 @@ impl Transform {
 }
 
 impl Fitted {
-    /// Where a value stands: 0 at the axis's start, 1 at its end, beyond that outside; NaN for a value
-    /// without a place.
+    /// The relative position of a value: 0 at the axis's start, 1 at its end, beyond that outside; NaN for a value
+    /// without a position.
     pub(super) fn place(&self, value: f64) -> f64 {
         (self.transform.of(value) - self.low) / (self.high - self.low)
     }
 }
 
-/// The range of the finite values with some room at either end.
+/// The range of the finite values, with some padding at either end.
 fn padded(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let finite = values.filter(|value| value.is_finite());
     let all = [f64::INFINITY, f64::NEG_INFINITY];

@@ -1,8 +1,7 @@
-//! Fewer points without losing a peak: of all points within a pixel column the lowest and the
-//! highest stay, which is all that the eye can tell apart.
+//! Reduces the number of points without losing peaks: keeps the lowest and the highest point within each pixel column,
+//! which is all that is visible.
 
-/// Of each column one unit wide: the lowest and the highest point, in their order. Points come with
-/// ascending x.
+/// The lowest and the highest point of each column one unit wide, in their order. Points must have ascending x.
 pub(super) fn extremes(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let same_column = |a: &[f64; 2], b: &[f64; 2]| a[0].floor() == b[0].floor();
     let mut kept = Vec::with_capacity(points.len());

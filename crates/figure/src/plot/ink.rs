@@ -10,22 +10,22 @@ use super::series::Marker;
 pub(super) const INK: &str = "#1a1a1a";
 /// Secondary lines and letters.
 pub(super) const FAINT: &str = "#5a5a5a";
-/// Lines behind everything.
+/// Lines in the background.
 pub(super) const GRID: &str = "#e4e4e4";
-/// Ground.
+/// Background.
 pub(super) const PAPER: &str = "#ffffff";
-/// Dashes of a limit's line.
+/// Dashes of the line of a limit.
 pub(super) const LEVEL_DASH: &str = "6 3";
 /// Size of most letters \[px\].
 pub(super) const BODY: f64 = 11.5;
 /// Size of small letters \[px\].
 pub(super) const SMALL: f64 = 10.5;
-/// Width of an average letter over its size: on the wide side, as the reader's font is not known.
+/// Width of an average letter over its size; a generous estimate, because the reader's font is not known.
 const LETTER: f64 = 0.58;
 /// Half the size of a marker \[px\].
 const MARKER: f64 = 3.6;
 
-/// Where a text stands relative to its point.
+/// The alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -43,12 +43,12 @@ impl Anchor {
     }
 }
 
-/// Room that words take up \[px\], roughly.
+/// Estimated width of a text \[px\].
 pub(super) fn width(words: &str, size: f64) -> f64 {
     LETTER * size * words.chars().count() as f64
 }
 
-/// Words with their baseline at this point.
+/// A text with its baseline at this point.
 pub(super) fn text(at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Text {
     Text::new(words)
         .set("x", tenths(at[0]))
@@ -57,7 +57,7 @@ pub(super) fn text(at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Text
         .set("text-anchor", anchor.as_str())
 }
 
-/// Words that read upwards, centred here.
+/// A text that reads upwards, centred at this point.
 pub(super) fn upright(at: [f64; 2], words: &str, size: f64) -> Text {
     let turn = format!("rotate(-90 {} {})", tenths(at[0]), tenths(at[1]));
     text(at, words, size, Anchor::Middle).set("transform", turn)
@@ -74,7 +74,7 @@ pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Li
         .set("stroke-width", width)
 }
 
-/// A line through points, each segment on its own.
+/// A line through points, with gaps between segments.
 pub(super) fn path(segments: &[Vec<[f64; 2]>]) -> Path {
     let mut data = String::new();
     for segment in segments {
@@ -83,8 +83,8 @@ pub(super) fn path(segments: &[Vec<[f64; 2]>]) -> Path {
     Path::new().set("d", data).set("fill", "none").set("stroke-linejoin", "round")
 }
 
-/// Appends a segment as steps from point to point: about half as long as in absolute coordinates.
-/// Steps are taken between rounded points, so that roundings do not add up.
+/// Appends a segment in relative coordinates, which take about half the space of absolute ones. They are differences of
+/// rounded points, so that rounding errors do not accumulate.
 fn append(data: &mut String, segment: &[[f64; 2]]) {
     let mut last = [0, 0];
     for (index, point) in segment.iter().enumerate() {
@@ -104,7 +104,7 @@ fn append(data: &mut String, segment: &[[f64; 2]]) {
     }
 }
 
-/// Appends a number of tenths as a decimal.
+/// Appends a number of tenths as a decimal number.
 fn append_tenths(data: &mut String, tenths: i64) {
     if tenths < 0 {
         data.push('-');

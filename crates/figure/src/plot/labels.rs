@@ -1,35 +1,36 @@
-//! Labels of vertical marks, in lanes above a panel so that none covers another or a mark's line.
+//! Places labels of vertical marks in lanes above a panel, so that they do not overlap each other or the line of a
+//! mark.
 
-/// Room between a label and a mark's line \[px\].
+/// Space between a label and the line of a mark \[px\].
 const GAP: f64 = 4.0;
 
 /// A label to be placed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct WantedLabel {
-    /// Its mark's place \[px\].
+    /// The position of its mark \[px\].
     pub(super) x: f64,
-    /// Room that its words take up \[px\].
+    /// The width of its text \[px\].
     pub(super) width: f64,
-    /// Whether it rather stands left of its mark than right.
+    /// Whether it prefers the left side of its mark.
     pub(super) leftwards: bool,
 }
 
-/// Where a label goes.
+/// The position of a label.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PlacedLabel {
-    /// Where the words begin \[px\].
+    /// The left end of the text \[px\].
     pub(super) start: f64,
-    /// 0 right above the panel; the mark's line goes up to the label.
+    /// 0 directly above the panel; the mark's line extends up to the label.
     pub(super) lane: i32,
 }
 
-/// Places for the labels, each within the limits as far as it fits.
+/// Places the labels, each within the limits if it fits.
 pub(super) fn place(wanted: &[WantedLabel], limits: [f64; 2]) -> Vec<PlacedLabel> {
     let mut taken: Vec<(WantedLabel, PlacedLabel)> = Vec::new();
     let most = i32::try_from(wanted.len()).unwrap_or(i32::MAX);
     for want in wanted {
         let starts = starts(want, limits);
-        // Above or below those that are placed, whichever is nearer.
+        // Lanes above or below labels placed earlier, nearest first.
         let lanes = (0..=most).flat_map(|lane| [lane, -lane]);
         let mut places = lanes.flat_map(|lane| starts.map(|start| PlacedLabel { start, lane }));
         let free = places.find(|place| is_free(&taken, want, place));
@@ -40,7 +41,7 @@ pub(super) fn place(wanted: &[WantedLabel], limits: [f64; 2]) -> Vec<PlacedLabel
     taken.into_iter().map(|(_, placed)| raised(placed)).collect()
 }
 
-/// Right and left of the mark, the better one first; moved if they would stick out.
+/// Positions right and left of the mark, the preferred one first; shifted to stay within the limits.
 fn starts(want: &WantedLabel, [low, high]: [f64; 2]) -> [f64; 2] {
     let right = want.x + GAP;
     let left = want.x - GAP - want.width;
@@ -57,7 +58,7 @@ fn is_free(taken: &[(WantedLabel, PlacedLabel)], want: &WantedLabel, place: &Pla
         let beside = place.start + want.width + GAP < placed.start
             || placed.start + other.width + GAP < place.start;
         let overlaps = place.lane == placed.lane && !beside;
-        // The line of the higher label runs through the lanes below it.
+        // The line of the higher label passes through the lanes below it.
         let struck_out = (placed.lane >= place.lane
             && covers(place.start, want.width - GAP, other.x)
             && other.x != want.x)

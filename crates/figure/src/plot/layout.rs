@@ -1,4 +1,4 @@
-//! Where everything of a panel stands, before it is drawn.
+//! Computes the layout of a panel before it is drawn.
 
 use super::axis::Fitted;
 use super::ink;
@@ -11,7 +11,7 @@ pub(super) const TITLE: f64 = 17.0;
 const NOTE: f64 = 14.0;
 /// Height of a lane of labels \[px\].
 pub(super) const LANE: f64 = 14.0;
-/// Room between what stands above the plot and the plot \[px\].
+/// Space between the plot and the elements above it \[px\].
 const ABOVE: f64 = 4.0;
 /// Height of the ticks' labels below the plot \[px\].
 pub(super) const TICK_LABELS: f64 = 17.0;
@@ -20,19 +20,19 @@ pub(super) const AXIS_LABEL: f64 = 16.0;
 /// Length of a tick \[px\].
 pub(super) const TICK: f64 = 4.0;
 
-/// A panel, its axes fitted, with the plot at a place of the page.
+/// A panel with fitted axes, and the horizontal position of its plot.
 pub(super) struct PlotLayout<'a> {
     pub(super) panel: &'a Panel,
     pub(super) x: Fitted,
     pub(super) y: Fitted,
     /// Left edge and width of the plot \[px\].
     pub(super) across: [f64; 2],
-    /// Vertical marks with labels, and where those go.
+    /// Vertical marks with labels, and the positions of the labels.
     pub(super) labels: Vec<(&'a PanelMark, PlacedLabel)>,
 }
 
 impl<'a> PlotLayout<'a> {
-    /// A panel whose plot begins at `left` and is `width` wide; `limits` is how far labels may reach.
+    /// Lays out a panel whose plot begins at `left` and is `width` wide; labels may extend to `limits`.
     pub(super) fn new(panel: &'a Panel, [left, width]: [f64; 2], limits: [f64; 2]) -> Self {
         let seen = panel.x.range;
         let xs = panel.series.iter().flat_map(|series| series.points.iter().map(|point| point[0]));
@@ -60,20 +60,20 @@ impl<'a> PlotLayout<'a> {
         marks.into_iter().zip(labels::place(&wanted, limits)).collect()
     }
 
-    /// Room needed above the plot \[px\].
+    /// Space needed above the plot \[px\].
     pub(super) fn above(&self) -> f64 {
         let note = if self.panel.note.is_empty() { 0.0 } else { NOTE };
         let lanes = self.labels.iter().map(|(_, placed)| placed.lane + 1).max().unwrap_or(0);
         TITLE + note + LANE * f64::from(lanes) + ABOVE
     }
 
-    /// Room needed below the plot \[px\].
+    /// Space needed below the plot \[px\].
     pub(super) fn below(&self) -> f64 {
         let ticks = if self.panel.x.tick_labels { TICK_LABELS } else { TICK };
         ticks + if self.panel.x.label.is_empty() { 0.0 } else { AXIS_LABEL }
     }
 
-    /// Where a value of x stands \[px\].
+    /// The horizontal position of a value of x \[px\].
     pub(super) fn across(&self, value: f64) -> f64 {
         self.across[0] + self.across[1] * self.x.place(value)
     }

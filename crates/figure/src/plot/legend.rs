@@ -8,19 +8,19 @@ use super::series::{Series, Shape};
 
 /// Distance of two entries \[px\].
 const LINE: f64 = 15.0;
-/// Length of a line's specimen \[px\].
+/// Length of a line sample \[px\].
 const SPECIMEN: f64 = 26.0;
-/// Room around a specimen \[px\].
+/// Space around a sample \[px\].
 const GAP: f64 = 7.0;
 
-/// Does the panel need one? A single series is named by the panel itself.
+/// The entries of the legend. A single series needs none, because the title of the panel names it.
 fn named(panel: &Panel) -> (Vec<&Series>, Vec<&PanelMark>) {
     let series = panel.series.iter().filter(|series| !series.name.is_empty()).collect();
     let is_level = |mark: &&PanelMark| mark.kind == MarkKind::Level && !mark.label.is_empty();
     (series, panel.marks.iter().filter(is_level).collect())
 }
 
-/// Room that the legend takes up right of the panel \[px\].
+/// Space for the legend at the right of the panel \[px\].
 pub(super) fn width(panel: &Panel) -> f64 {
     let (series, levels) = named(panel);
     let names = (series.iter().map(|series| series.name.as_str()))
@@ -29,7 +29,7 @@ pub(super) fn width(panel: &Panel) -> f64 {
     if widest == 0.0 { 0.0 } else { 2.0 * GAP + SPECIMEN + widest }
 }
 
-/// The legend with its upper left corner here.
+/// Draws the legend with its upper left corner at this point.
 pub(super) fn draw(panel: &Panel, [left, top]: [f64; 2]) -> Group {
     let (series, levels) = named(panel);
     let mut group = Group::new();

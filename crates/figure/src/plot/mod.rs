@@ -1,5 +1,5 @@
-//! Plots, drawn for grey print and for colour-blind readers as well: lines differ in colour, brightness and
-//! dash pattern. Lines of many points are reduced to what a pixel can show; peaks survive.
+//! Plots, legible in greyscale print and for colour-blind readers: lines differ in colour, brightness and dash pattern.
+//! Lines of many points are reduced to the resolution of a pixel; peaks are kept.
 //!
 //! A [`Figure`] has rows of [`Panel`]s, a panel has two axes, [`Series`] and [`PanelMark`]s.
 

@@ -9,16 +9,16 @@ use super::legend;
 use super::panel::Panel;
 use super::panel_drawing;
 
-/// Width of every figure \[px\]; on A4 paper, letters then have 7 points.
+/// Width of every figure \[px\]; on A4 paper, text then has 7 points.
 const WIDTH: f64 = 860.0;
 const MARGIN: f64 = 12.0;
-/// Room left of a plot for its axis \[px\].
+/// Space left of a plot for its axis \[px\].
 const AXIS: f64 = 62.0;
-/// Room between two panels of a row \[px\].
+/// Space between two panels of a row \[px\].
 const BETWEEN: f64 = 14.0;
-/// Room between two rows \[px\].
+/// Space between two rows \[px\].
 const ROW_GAP: f64 = 8.0;
-/// Room right of a plot without legend: half a tick's label \[px\].
+/// Space right of a plot without legend: half a tick label \[px\].
 const NO_LEGEND: f64 = 14.0;
 const TITLE_SIZE: f64 = 16.0;
 /// Height of a line below the title \[px\].
@@ -32,12 +32,12 @@ pub struct PanelRow {
     pub height_px: f64,
     /// The panels.
     pub panels: Vec<Panel>,
-    /// How many panels share the width evenly; if there are fewer, the right side stays empty.
+    /// Number of columns of equal width; with fewer panels, the right side stays empty.
     pub columns: usize,
 }
 
 impl PanelRow {
-    /// A row that its panels fill.
+    /// A row filled by its panels.
     #[must_use]
     pub fn new(height_px: f64, panels: Vec<Panel>) -> Self {
         Self { height_px, columns: panels.len(), panels }
@@ -49,7 +49,7 @@ impl PanelRow {
         Self { columns, ..self }
     }
 
-    /// No less than there are panels.
+    /// At least the number of panels.
     fn divisions(&self) -> usize {
         self.columns.max(self.panels.len()).max(1)
     }
@@ -58,19 +58,19 @@ impl PanelRow {
 /// A figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
-    /// What it shows, in a line.
+    /// The subject, on one line.
     pub title: String,
-    /// More about it, below the title; may be empty.
+    /// More details, below the title; may be empty.
     pub subtitle: String,
-    /// What is to be seen, for readers who cannot see it.
+    /// A textual description for readers who cannot see the figure.
     pub description: String,
     /// The rows.
     pub rows: Vec<PanelRow>,
 }
 
 impl Figure {
-    /// The figure as an SVG document: text to be written to a file or into a page. It has no
-    /// identifiers, so several fit into one page.
+    /// The figure as an SVG document, to be written to a file or embedded in a page. It has no identifiers, so a page
+    /// may contain several.
     #[must_use]
     pub fn svg(&self) -> String {
         let (heading, mut top) = self.heading();
@@ -106,7 +106,7 @@ impl Figure {
             .to_string()
     }
 
-    /// Title and subtitle, and where the panels begin.
+    /// Draws title and subtitle; returns the position below them.
     fn heading(&self) -> (Group, f64) {
         let title = ink::text([MARGIN, MARGIN + 14.0], &self.title, TITLE_SIZE, Anchor::Start);
         let mut group = Group::new().add(title.set("font-weight", "bold"));
@@ -130,7 +130,7 @@ impl Figure {
         row.panels.iter().enumerate().map(place).collect()
     }
 
-    /// Rows of as many columns keep the same width for legends, so that their plots are aligned.
+    /// Rows with the same number of columns reserve the same width for legends, so that their plots are aligned.
     fn legend_width(&self, columns: usize) -> f64 {
         let rows = self.rows.iter().filter(|row| row.divisions() == columns);
         rows.flat_map(|row| &row.panels).map(legend::width).fold(NO_LEGEND, f64::max)
@@ -142,7 +142,7 @@ fn letter(number: u8) -> String {
     format!("({})", char::from(b'a' + number % 26))
 }
 
-/// Words in lines that are not wider than this, roughly. No-break spaces do not part words.
+/// Wraps a text into lines of about this width. No-break spaces do not separate words.
 fn wrapped(words: &str, width: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in words.split(' ').filter(|word| !word.is_empty()) {

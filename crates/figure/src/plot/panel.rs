@@ -3,12 +3,12 @@
 use super::axis::PlotAxis;
 use super::series::Series;
 
-/// What a mark stands for.
+/// The meaning of a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MarkKind {
-    /// Something begins at this x: an unbroken vertical line.
+    /// The beginning of an event at this x: a solid vertical line.
     Onset,
-    /// Something was found at this x: a dashed vertical line.
+    /// A detection at this x: a dashed vertical line.
     Verdict,
     /// A limit on y: a dashed horizontal line, named in the legend.
     Level,
@@ -17,11 +17,11 @@ pub enum MarkKind {
 /// A line across a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PanelMark {
-    /// Where: x, or y for a level.
+    /// The position: x, or y for a level.
     pub at: f64,
-    /// What it says; may be empty.
+    /// The label; may be empty.
     pub label: String,
-    /// What it stands for.
+    /// Its meaning.
     pub kind: MarkKind,
 }
 
@@ -36,17 +36,17 @@ impl PanelMark {
 /// A panel of a figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// What is to be seen in it, in small letters; may be empty.
+    /// A note in small print; may be empty.
     pub note: String,
     /// The horizontal axis.
     pub x: PlotAxis,
     /// The vertical axis.
     pub y: PlotAxis,
-    /// What is plotted, later series over earlier ones.
+    /// The series, later ones drawn over earlier ones.
     pub series: Vec<Series>,
-    /// Lines across.
+    /// Lines across the panel.
     pub marks: Vec<PanelMark>,
 }
 
@@ -57,13 +57,13 @@ impl Panel {
         Self { title: title.into(), note: String::new(), x, y, series, marks: Vec::new() }
     }
 
-    /// The same with a note.
+    /// The same panel with a note.
     #[must_use]
     pub fn note(self, note: impl Into<String>) -> Self {
         Self { note: note.into(), ..self }
     }
 
-    /// The same with these marks besides those that it has.
+    /// The same panel with these marks added.
     #[must_use]
     pub fn marked(mut self, marks: impl IntoIterator<Item = PanelMark>) -> Self {
         self.marks.extend(marks);

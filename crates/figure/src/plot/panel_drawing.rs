@@ -1,4 +1,4 @@
-//! A panel, drawn where its layout says.
+//! Draws a panel at the position computed by its layout.
 
 use svg::node::element::Group;
 
@@ -7,7 +7,7 @@ use super::ink::{self, Anchor};
 use super::layout::{PlotLayout, TITLE};
 use super::legend;
 
-/// The panel with its heading from `head` on and its plot from `top` on, so high.
+/// Draws the panel: heading from `head` on, plot from `top` on with this height.
 pub(super) fn draw(layout: &PlotLayout, name: &str, head: f64, top: f64, height: f64) -> Group {
     let plot = PlotArea { layout, top, height };
     let [left, width] = layout.across;

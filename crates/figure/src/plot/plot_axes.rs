@@ -6,7 +6,7 @@ use super::area::PlotArea;
 use super::ink::{self, Anchor};
 use super::layout::{AXIS_LABEL, PlotLayout, TICK, TICK_LABELS};
 
-/// Distance of ticks that reads well, across and down \[px\].
+/// Distance of ticks that is easy to read, horizontally and vertically \[px\].
 const TICK_DISTANCE: [f64; 2] = [75.0, 28.0];
 /// Distance of the vertical axis's label from the plot \[px\].
 const UPRIGHT: f64 = 48.0;
@@ -51,7 +51,7 @@ impl PlotArea<'_> {
     }
 }
 
-/// The group with these words, if there are any.
+/// Adds this text to the group, unless it is empty.
 fn labelled(group: Group, at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Group {
     if words.is_empty() { group } else { group.add(ink::text(at, words, size, anchor)) }
 }

@@ -1,4 +1,4 @@
-//! Marks on a plot: lines across, and what they say.
+//! Marks on a plot: lines across it, and their labels.
 
 use svg::node::element::{Group, Line};
 
@@ -21,7 +21,7 @@ impl PlotArea<'_> {
         })
     }
 
-    /// Vertical lines, up to their labels where they have any, and the labels.
+    /// Vertical lines, extended up to their labels, and the labels.
     pub(super) fn marks(&self) -> Group {
         let is_vertical =
             |mark: &&PanelMark| mark.kind != MarkKind::Level && self.layout.is_seen(mark.at);
@@ -40,7 +40,8 @@ impl PlotArea<'_> {
     fn upright(&self, mark: &PanelMark) -> Line {
         let x = self.layout.across(mark.at);
         let label = self.layout.labels.iter().find(|(labelled, _)| *labelled == mark);
-        // Beside its label, or only up to it if it had to stand above the line for want of room.
+        // The line passes beside its label, or ends below it if the label had to be placed above the line for lack of
+        // space.
         let lanes = label.map_or(0, |(_, placed)| {
             let end = placed.start + ink::width(&mark.label, ink::SMALL);
             placed.lane + i32::from(x < placed.start || end < x)

@@ -7,9 +7,9 @@ use super::decimation;
 use super::ink;
 use super::series::{Series, Shape};
 
-/// Share of the room between two bars that a bar fills.
+/// Share of the distance between bars that a bar fills.
 const BAR: f64 = 0.6;
-/// Half the width of a whisker's end \[px\].
+/// Half the width of the end of a whisker \[px\].
 const WHISKER: f64 = 3.0;
 
 impl PlotArea<'_> {
@@ -30,7 +30,7 @@ impl PlotArea<'_> {
         group
     }
 
-    /// The line of a series, if any of it is to be seen.
+    /// The line of a series, if any of it is visible.
     fn line(&self, series: &Series) -> Option<Path> {
         let segments = self.segments(series);
         let line = ink::path(&segments)
@@ -43,7 +43,7 @@ impl PlotArea<'_> {
         (!segments.is_empty()).then_some(line)
     }
 
-    /// The line of a series on paper, broken where there is no point.
+    /// The line of a series on the page, broken at points without a position.
     fn segments(&self, series: &Series) -> Vec<Vec<[f64; 2]>> {
         let points: Vec<Option<[f64; 2]>> =
             series.points.iter().map(|point| self.point(*point)).collect();
@@ -90,7 +90,7 @@ impl PlotArea<'_> {
         group
     }
 
-    /// Markers stand over everything.
+    /// Markers, drawn over everything else.
     pub(super) fn dots(&self) -> Group {
         let mut group = Group::new();
         for series in &self.layout.panel.series {

@@ -1,9 +1,9 @@
-//! What is plotted and how it looks.
+//! Data series and their style.
 
-/// Okabe and Ito's colours without the yellow, which white paper swallows; a grey takes its place.
+/// The palette of Okabe and Ito, with a grey in place of the yellow, which is hard to see on white paper.
 const COLOURS: [&str; 8] =
     ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00", "#56b4e9", "#7f7f7f"];
-/// Dash patterns, so that lines differ in grey print too.
+/// Dash patterns, so that lines also differ in greyscale print.
 const DASHES: [&str; 8] = ["", "7 2", "3 1.5", "8 2 2 2", "14 2", "5 2 1 2 1 2", "1.5 1.5", "4 4"];
 const DOTTED: &str = "1 2";
 const THIN: f64 = 1.1;
@@ -24,25 +24,25 @@ pub enum Marker {
     Triangle,
 }
 
-/// How a series is drawn.
+/// The shape of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// A line from point to point, broken where a value is not a number or has no place.
+    /// A line from point to point, broken at values that are NaN or have no position.
     Line,
     /// A line with a marker at each point.
     MarkedLine,
     /// A marker at each point.
     Dots,
-    /// A bar from 0 to each point, one unit of x apart; bars of several series hide one another.
+    /// A bar from 0 to each point, one unit of x apart; bars of different series overlap.
     Bars,
 }
 
 /// Colour, line and marker of a series.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeriesStyle {
-    /// Colour as SVG has it.
+    /// Colour in SVG notation.
     pub colour: &'static str,
-    /// Dash pattern as SVG has it; empty for none.
+    /// Dash pattern in SVG notation; empty for a solid line.
     pub dash: &'static str,
     /// Width of the line \[px\].
     pub width: f64,
@@ -51,7 +51,7 @@ pub struct SeriesStyle {
 }
 
 impl SeriesStyle {
-    /// The look of the n-th of several series, from 0; repeats after the eighth.
+    /// The style of the n-th of several series, from 0; repeats after the eighth.
     #[must_use]
     pub fn nth(n: usize) -> Self {
         let markers =
@@ -64,38 +64,38 @@ impl SeriesStyle {
         }
     }
 
-    /// The same with an unbroken line.
+    /// The same style with a solid line.
     #[must_use]
     pub fn solid(self) -> Self {
         Self { dash: "", ..self }
     }
 
-    /// The same with a dotted line.
+    /// The same style with a dotted line.
     #[must_use]
     pub fn dotted(self) -> Self {
         Self { dash: DOTTED, width: 1.4, ..self }
     }
 
-    /// The same, standing out.
+    /// The same style, emphasised.
     #[must_use]
     pub fn emphasised(self) -> Self {
         Self { width: THICK, ..self }
     }
 }
 
-/// Points that belong together.
+/// A series of data points.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Name in the legend; empty to leave it out.
+    /// Name in the legend; empty to omit it.
     pub name: String,
     /// x and y of each point, in the order in which a line connects them.
     pub points: Vec<[f64; 2]>,
-    /// Lowest and highest y of each point, drawn as a band around a line and as whiskers on the rest;
-    /// empty for none.
+    /// Lowest and highest y of each point, drawn as a band around a line and as whiskers for other shapes; empty for
+    /// none.
     pub spread: Vec<[f64; 2]>,
-    /// How it is drawn.
+    /// Its shape.
     pub shape: Shape,
-    /// How it looks.
+    /// Its style.
     pub stroke: SeriesStyle,
 }
 
@@ -117,7 +117,7 @@ impl Series {
         Self { spread, ..self }
     }
 
-    /// Every y that must be seen while x lies in the range.
+    /// All values of y that must be visible while x is within the range.
     pub(super) fn heights(&self, range: Option<[f64; 2]>) -> impl Iterator<Item = f64> {
         let seen = move |x: f64| range.is_none_or(|[from, to]| from <= x && x <= to);
         let base = (self.shape == Shape::Bars).then_some(0.0);

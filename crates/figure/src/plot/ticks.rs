@@ -1,22 +1,22 @@
 //! Round numbers along an axis.
 
-/// A place on an axis.
+/// A tick on an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Tick {
     /// The value.
     pub(super) value: f64,
-    /// What stands beside it; may be empty.
+    /// The label; may be empty.
     pub(super) label: String,
-    /// A minor tick only helps to count: no label, no grid line.
+    /// Whether it is a minor tick, without label and grid line.
     pub(super) minor: bool,
 }
 
 /// Most ticks of an axis, whatever its range.
 const MOST: i64 = 200;
-/// Room for the rounding of a range's ends, as a share of the distance of ticks.
+/// Tolerance for rounding at the ends of a range, as a share of the tick distance.
 const SLACK: f64 = 1e-9;
 
-/// Multiples of 1, 2 or 5 times a power of ten, about `target` of them.
+/// Multiples of 1, 2 or 5 times a power of ten, about `target` in number.
 pub(super) fn linear(low: f64, high: f64, target: f64) -> Vec<Tick> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
@@ -35,13 +35,13 @@ pub(super) fn linear(low: f64, high: f64, target: f64) -> Vec<Tick> {
         .collect()
 }
 
-/// The round factor nearest to one from 1 to 10, by ratio.
+/// The round factor nearest to a factor from 1 to 10, by ratio.
 fn nearest_round(factor: f64) -> f64 {
     let bounds = [(1.0, 2.0_f64.sqrt()), (2.0, 10.0_f64.sqrt()), (5.0, 50.0_f64.sqrt())];
     bounds.into_iter().find(|(_, bound)| factor <= *bound).map_or(10.0, |(round, _)| round)
 }
 
-/// Powers of ten between two logarithms and, without labels unless powers are rare, their multiples.
+/// Powers of ten between two logarithms, and their multiples; the multiples have labels only if powers are few.
 pub(super) fn log(low: f64, high: f64, target: f64) -> Vec<Tick> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
@@ -60,7 +60,7 @@ pub(super) fn log(low: f64, high: f64, target: f64) -> Vec<Tick> {
             let value = f64::from(multiple) * 10f64.powi(power as i32);
             let place = value.log10();
             let inside = low - SLACK <= place && place <= high + SLACK;
-            // Far apart powers have no room for the ticks between them.
+            // Widely spaced powers leave no space for the ticks between them.
             if !inside || (every > 1 && multiple > 1) {
                 continue;
             }
@@ -79,14 +79,14 @@ pub(super) fn named(names: &[String]) -> Vec<Tick> {
     names.iter().enumerate().map(tick).collect()
 }
 
-/// A number with this many decimals and a proper minus sign; no minus before zero.
+/// A number with this many decimals and a typographic minus sign; zero has no sign.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());
     let is_zero = digits.chars().all(|c| matches!(c, '0' | '.'));
     if value < 0.0 && !is_zero { format!("−{digits}") } else { digits }
 }
 
-/// multiple·10^power: in plain digits from 0.001 to 10 000, otherwise as a power.
+/// multiple·10^power: with plain digits from 0.001 to 10 000, otherwise as a power of ten.
 fn scientific(multiple: i32, power: i64) -> String {
     match power {
         0..=4 => format!("{multiple}{}", "0".repeat(power as usize)),
@@ -113,7 +113,7 @@ fn superscript(power: i64) -> String {
     power.to_string().chars().map(raised).collect()
 }
 
-/// A number to three significant digits, without zeros behind the point.
+/// A number with three significant digits, without trailing zeros.
 pub fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

@@ -1,4 +1,4 @@
-//! What the signs mean, how large the figure is, and where its axes point.
+//! The legend of the signs, the scale, and the directions of the axes.
 
 use svg::node::element::{Group, Rectangle};
 use truss::Structure;
@@ -9,12 +9,12 @@ use super::symbols::{self, Style};
 
 /// Width of the legend [px].
 pub(super) const WIDTH: f64 = 282.0;
-/// Height kept for the legend [px].
+/// Height reserved for the legend [px].
 pub(super) const HEIGHT: f64 = 370.0;
 /// Distance between entries [px].
 const ROW: f64 = 38.0;
 
-/// The legend, with those signs only that occur.
+/// The legend, limited to signs that occur in the drawing.
 pub(super) fn legend(at: PagePoint, structure: &Structure) -> Group {
     let mut group = Group::new();
     let mut row = at.offset(18.0, 34.0);
@@ -82,7 +82,7 @@ fn entries(structure: &Structure) -> Vec<(Group, &'static str)> {
     all.into_iter().filter(|(occurs, ..)| *occurs).map(|(_, sign, words)| (sign, words)).collect()
 }
 
-/// A bar of a round number of metres, and the three axes.
+/// A scale bar of a round number of metres, and the three axes.
 pub(super) fn scale_and_axes(
     bar_at: PagePoint,
     axes_at: PagePoint,

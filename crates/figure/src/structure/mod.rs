@@ -1,5 +1,4 @@
-//! A picture of the structure: an axonometric view with supports, actuators, gages, module
-//! boundaries and a legend.
+//! Draws the structure: an axonometric view with supports, actuators, gages, module boundaries and a legend.
 
 mod legend;
 mod placement;
@@ -19,15 +18,15 @@ use self::projection::{PagePoint, Projection, hull, range};
 use self::support::{SupportKind, kind_of_support};
 use self::symbols::Style;
 
-/// Room around the figure [px].
+/// Margin around the figure [px].
 const MARGIN: f64 = 40.0;
-/// Room above the figure for the heading [px].
+/// Space above the figure for the heading [px].
 const HEADING: f64 = 110.0;
-/// Room below the figure for supports and scale [px].
+/// Space below the figure for supports and scale [px].
 const FOOT: f64 = 110.0;
-/// Room left of the figure for heights [px].
+/// Space left of the figure for heights [px].
 const LEFT: f64 = 130.0;
-/// Room right of the figure for brackets and the names of modules [px].
+/// Space right of the figure for brackets and the names of modules [px].
 const NAMES: f64 = 250.0;
 /// Distance of an actuator from the line between its nodes [px].
 const ACTUATOR_OFFSET: f64 = 17.0;
@@ -70,7 +69,7 @@ struct StructureDrawing<'a> {
 
 impl StructureDrawing<'_> {
     fn node(&self, node: usize) -> &Node {
-        // Indices of a structure are valid in its own lists.
+        // Indices in a structure are valid in its own lists.
         &self.structure.nodes[node]
     }
 
@@ -120,7 +119,7 @@ impl StructureDrawing<'_> {
         range(module.nodes.iter().map(|&node| self.node(node).position_m[2]))
     }
 
-    /// The plane in which a module stands on the one below.
+    /// The plane between a module and the one below.
     fn boundary(&self, module: &Module) -> Polygon {
         let nodes = module.lower_interface.iter().map(|&node| self.node(node).position_m);
         let corners = hull(nodes.map(|position| self.projection.point(position)).collect());
@@ -136,7 +135,7 @@ impl StructureDrawing<'_> {
         symbols::boundary(&points.join(" "))
     }
 
-    /// The points on paper of a module's nodes at a given height, leftmost and rightmost.
+    /// The leftmost and the rightmost of a module's nodes at a given height, on the page.
     fn edges(&self, module: &Module, height_m: f64) -> [PagePoint; 2] {
         let nodes = module.nodes.iter().map(|&node| self.node(node).position_m);
         let level = nodes.filter(|position| (position[2] - height_m).abs() < 1e-6);
@@ -212,7 +211,7 @@ impl StructureDrawing<'_> {
         places.iter().fold(group, |group, place| group.add(place.label()))
     }
 
-    /// Where every actuator and gage is drawn, each with its name where there is room.
+    /// The positions of all actuators and gages, each with its name if there is space.
     fn places(&self) -> Vec<ComponentPlace> {
         let mut placement = Placement::default();
         for member in &self.structure.members {
@@ -259,7 +258,7 @@ impl StructureDrawing<'_> {
         places
     }
 
-    /// The line of an actuator, moved outwards so that it does not hide what it stands beside.
+    /// The line of an actuator, moved outwards so that it does not hide the member beside it.
     fn beside(&self, actuator: &Actuator) -> [PagePoint; 2] {
         let [from, to] = self.points(actuator.ends);
         let away = self.outwards([from, to]);
@@ -269,7 +268,7 @@ impl StructureDrawing<'_> {
         [from.towards(to, 0.03), to.towards(from, 0.03)]
     }
 
-    /// Unit vector across a line, away from the middle of the figure.
+    /// Unit vector perpendicular to a line, away from the middle of the figure.
     fn outwards(&self, [from, to]: [PagePoint; 2]) -> PagePoint {
         let length = from.distance(to).max(1e-9);
         let across = PagePoint { x: (to.y - from.y) / length, y: -(to.x - from.x) / length };
@@ -282,7 +281,7 @@ impl StructureDrawing<'_> {
         let line = self.beside(actuator);
         let away = self.outwards(line);
         let length = line[0].distance(line[1]).max(1e-9);
-        // Beside the barrel, at most this far from its middle.
+        // Beside the barrel, within this distance of its middle.
         let places = [0.0, 18.0, -18.0, 36.0, -36.0].map(|along| {
             let middle = line[0].towards(line[1], 0.5 + along / length);
             middle.offset(away.x * NAME_OFFSET, away.y * NAME_OFFSET)
@@ -297,7 +296,7 @@ fn gage_place(placement: &Placement, line: [PagePoint; 2]) -> PagePoint {
     placement.roomiest(places, Some(line)).unwrap_or(places[0])
 }
 
-/// Where a component is drawn, and its name beside it.
+/// The position of a component, and its name.
 struct ComponentPlace {
     component: ComponentPath,
     at: PagePoint,
@@ -336,7 +335,7 @@ fn gage_name_place(placement: &mut Placement, at: PagePoint) -> PagePoint {
     place
 }
 
-/// The first lane in which a bracket overlaps none that is there.
+/// The first lane in which a bracket does not overlap an earlier one.
 fn free_lane(lanes: &mut Vec<Vec<[f64; 2]>>, [low, high]: [f64; 2]) -> usize {
     let apart = |taken: &Vec<[f64; 2]>| taken.iter().all(|&[a, b]| b <= low || high <= a);
     match lanes.iter_mut().position(|lane| apart(lane)) {

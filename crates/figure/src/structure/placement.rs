@@ -1,8 +1,8 @@
-//! Finds room for symbols and their labels.
+//! Finds space for symbols and their labels.
 
 use super::projection::PagePoint;
 
-/// What is on paper already.
+/// The elements placed so far.
 #[derive(Default)]
 pub(super) struct Placement {
     lines: Vec<[PagePoint; 2]>,
@@ -10,18 +10,18 @@ pub(super) struct Placement {
 }
 
 impl Placement {
-    /// Takes note of a line.
+    /// Records a line.
     pub(super) fn line(&mut self, line: [PagePoint; 2]) {
         self.lines.push(line);
     }
 
-    /// Takes note of a symbol or label.
+    /// Records a symbol or label.
     pub(super) fn mark(&mut self, at: PagePoint) {
         self.marks.push(at);
     }
 
-    /// The candidate with the most room around it, the first among equals. Lines count less than
-    /// symbols: a label may lie near a line, never on a symbol.
+    /// The candidate with the most space around it, the first among equals. Lines count less than symbols: a label may
+    /// be near a line but never on a symbol.
     pub(super) fn roomiest(
         &self,
         candidates: impl IntoIterator<Item = PagePoint>,

@@ -1,4 +1,4 @@
-//! The drawing in two parts, for views that stay open: what never changes, and a sign for each component whose look
+//! The drawing in two parts, for views that stay open: a constant background, and a sign for each component that
 //! follows its state.
 
 use svg::node::element::{Anchor, Circle, Group, Title, Use};
@@ -8,27 +8,27 @@ use vocabulary::ComponentPath;
 use super::projection::{PagePoint, Projection};
 use super::{ComponentPlace, HEADING, LEFT, NAMES, StructureDrawing, symbols};
 
-/// Room above the figure \[px\].
+/// Space above the figure \[px\].
 const ABOVE: f64 = 34.0;
-/// Room below it, for supports \[px\].
+/// Space below the figure, for supports \[px\].
 const BELOW: f64 = 44.0;
 /// Size of the badge on a component \[px\].
 const BADGE: f64 = 21.0;
 
-/// How a component looks.
+/// The style of a component.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SignLook {
-    /// Classes of the style sheet, e.g. `latched`.
+    /// CSS classes, e.g. `latched`.
     pub class: String,
-    /// The identifier of the `symbol` element that is drawn upon it; empty for none.
+    /// The identifier of the `symbol` element drawn over it; empty for none.
     pub badge: String,
-    /// The component and its state, for those who point at it or have it read out.
+    /// The component and its state, for tooltips and screen readers.
     pub title: String,
-    /// What it links to.
+    /// The target of its link.
     pub href: String,
 }
 
-/// A structure laid out on paper: where each of its components is drawn.
+/// The layout of a structure on the page: the positions of its components.
 pub struct StructurePlan {
     ground: String,
     places: Vec<ComponentPlace>,
@@ -42,7 +42,7 @@ impl std::fmt::Debug for StructurePlan {
 }
 
 impl StructurePlan {
-    /// Lays a structure out.
+    /// Computes the layout of a structure.
     #[must_use]
     pub fn of(structure: &Structure) -> StructurePlan {
         let projection = Projection::fit(structure, PagePoint { x: LEFT, y: HEADING });
@@ -55,24 +55,24 @@ impl StructurePlan {
         StructurePlan { ground: ground.to_string(), places: drawing.places(), view_box }
     }
 
-    /// The `viewBox` that both parts are drawn in.
+    /// The `viewBox` of both parts.
     #[must_use]
     pub fn view_box(&self) -> String {
         self.view_box.map(|number| number.to_string()).join(" ")
     }
 
-    /// Members, supports, boundaries and names of modules: SVG text for within an `svg` element.
+    /// Members, supports, boundaries and names of modules: SVG text to be placed in an `svg` element.
     #[must_use]
     pub fn ground(&self) -> &str {
         &self.ground
     }
 
-    /// The components, in the order in which they are drawn.
+    /// The components, in drawing order.
     pub fn components(&self) -> impl Iterator<Item = &ComponentPath> {
         self.places.iter().map(|place| &place.component)
     }
 
-    /// A link for each component, with its sign, its name and its badge: SVG text for within an `svg` element. Names and
+    /// A link for each component, with its sign, name and badge: SVG text to be placed in an `svg` element. Names and
     /// titles are escaped.
     #[must_use]
     pub fn signs(&self, look: impl Fn(&ComponentPath) -> SignLook) -> String {
@@ -82,7 +82,7 @@ impl StructurePlan {
 
 fn sign(place: &ComponentPlace, look: &SignLook) -> Anchor {
     let PagePoint { x, y } = place.at;
-    // Larger than the sign, so that a finger finds it.
+    // Larger than the sign, so that it is easy to tap.
     let target = Circle::new()
         .set("class", "target")
         .set("cx", symbols::tenths(x))

@@ -1,21 +1,21 @@
-//! From space to paper: a parallel projection seen from a little above, turned so that no column
-//! hides another.
+//! Projects space onto the page: a parallel projection from slightly above, rotated so that columns do not hide each
+//! other.
 
 use truss::Structure;
 
-/// Turns about the vertical that are tried [°]. The first suits a square plan: with a tangent of ½
-/// its four corners stand evenly spaced.
+/// Candidate rotations about the vertical [°]. The first suits a square plan: its tangent is ½, so the four corners are
+/// evenly spaced.
 const AZIMUTHS: [f64; 9] = [26.565, 20.0, 15.0, 10.0, 35.0, 40.0, 50.0, 60.0, 70.0];
-/// Plans with more places than this are not looked at twice.
+/// Most positions of a plan that are compared.
 const MOST_PLACES: usize = 100;
-/// Height of the view above the horizon [rad].
+/// Elevation of the viewpoint [rad].
 const ELEVATION: f64 = 0.30;
-/// Room for the figure on paper [px].
+/// Space for the figure on the page [px].
 const ROOM: [f64; 2] = [520.0, 1180.0];
 /// Largest magnification [px/m].
 const LARGEST_SCALE: f64 = 90.0;
 
-/// A place on paper [px].
+/// A position on the page [px].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PagePoint {
     pub(super) x: f64,
@@ -23,12 +23,12 @@ pub(super) struct PagePoint {
 }
 
 impl PagePoint {
-    /// The point a given part of the way to another.
+    /// The point at a given fraction of the way to another.
     pub(super) fn towards(self, other: PagePoint, part: f64) -> PagePoint {
         PagePoint { x: self.x + part * (other.x - self.x), y: self.y + part * (other.y - self.y) }
     }
 
-    /// The point this far away.
+    /// The point displaced by x and y.
     pub(super) fn offset(self, x: f64, y: f64) -> PagePoint {
         PagePoint { x: self.x + x, y: self.y + y }
     }
@@ -37,7 +37,7 @@ impl PagePoint {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
-    /// Distance from a line between two points.
+    /// Distance from the line through two points.
     pub(super) fn distance_from_line(self, [from, to]: [PagePoint; 2]) -> f64 {
         let along = PagePoint { x: to.x - from.x, y: to.y - from.y };
         let length = (along.x * along.x + along.y * along.y).max(1e-12);
@@ -46,7 +46,7 @@ impl PagePoint {
     }
 }
 
-/// Scale and place of the figure.
+/// Scale and position of the figure.
 pub(super) struct Projection {
     view: ViewDirection,
     scale: f64,
@@ -57,7 +57,7 @@ pub(super) struct Projection {
 }
 
 impl Projection {
-    /// Fits a structure into its room, its upper left corner at a given place.
+    /// Fits a structure into the available space, with its upper left corner at a given position.
     pub(super) fn fit(structure: &Structure, corner: PagePoint) -> Projection {
         let view = ViewDirection::of(structure);
         let flat: Vec<PagePoint> =
@@ -80,19 +80,19 @@ impl Projection {
         self.scale
     }
 
-    /// Where a place in space lies on paper.
+    /// Projects a position in space onto the page.
     pub(super) fn point(&self, position_m: [f64; 3]) -> PagePoint {
         let flat = self.view.flatten(position_m);
         PagePoint { x: self.origin.x + self.scale * flat.x, y: self.origin.y + self.scale * flat.y }
     }
 
-    /// How near a place is to the eye, 0 being the farthest and 1 the nearest.
+    /// The relative depth of a position: 0 for the farthest, 1 for the nearest.
     pub(super) fn nearness(&self, position_m: [f64; 3]) -> f64 {
         let [far, near] = self.depths;
         if near - far < 1e-9 { 1.0 } else { (self.view.depth(position_m) - far) / (near - far) }
     }
 
-    /// Direction on paper of a global axis, for one metre [px].
+    /// The direction of a global axis on the page, for one metre [px].
     pub(super) fn direction(&self, axis: [f64; 3]) -> PagePoint {
         let flat = self.view.flatten(axis);
         PagePoint { x: self.scale * flat.x, y: self.scale * flat.y }
@@ -107,7 +107,7 @@ struct ViewDirection {
 }
 
 impl ViewDirection {
-    /// The view in which the columns of a structure stand farthest apart.
+    /// The view in which the columns of a structure are farthest apart.
     fn of(structure: &Structure) -> ViewDirection {
         let mut plan: Vec<[f64; 2]> =
             structure.nodes.iter().map(|node| [node.position_m[0], node.position_m[1]]).collect();
@@ -131,21 +131,21 @@ impl ViewDirection {
         ViewDirection { sine, cosine }
     }
 
-    /// Smallest distance across the paper between places of a plan.
+    /// Smallest distance on the page between positions of a plan.
     fn narrowest_gap(&self, plan: &[[f64; 2]]) -> f64 {
         let mut across: Vec<f64> = plan.iter().map(|&[x, y]| self.flatten([x, y, 0.0]).x).collect();
         across.sort_by(f64::total_cmp);
         across.iter().zip(across.iter().skip(1)).map(|(a, b)| b - a).fold(f64::INFINITY, f64::min)
     }
 
-    /// Where a place in space lies on paper, in metres.
+    /// Projects a position in space onto the page, in metres.
     fn flatten(&self, [x, y, z]: [f64; 3]) -> PagePoint {
         let across = self.cosine * x + self.sine * y;
         let away = self.cosine * y - self.sine * x;
         PagePoint { x: across, y: -(z * ELEVATION.cos() + away * ELEVATION.sin()) }
     }
 
-    /// Towards the eye, within the plan.
+    /// Component towards the viewer, within the plan.
     fn depth(&self, [x, y, _]: [f64; 3]) -> f64 {
         self.sine * x - self.cosine * y
     }

@@ -1,8 +1,8 @@
-//! Which sign a support is drawn with.
+//! Chooses the sign for a support.
 
 use truss::{Direction, Support};
 
-/// How a support is drawn.
+/// The sign of a support.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SupportKind {
     Clamped,

@@ -1,5 +1,5 @@
-//! The signs of the drawing. Shape and brightness tell them apart as well as colour does: the
-//! colours are two of Okabe and Ito's, one light and one dark.
+//! The signs of the drawing. They differ in shape and brightness as well as in colour: the colours are two of Okabe and
+//! Ito's, one light and one dark.
 
 use svg::node::element::{Circle, Group, Line, Polygon, Rectangle, Text};
 
@@ -14,7 +14,7 @@ const ACTUATOR: &str = "#e69f00";
 const GAGE: &str = "#0072b2";
 const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 
-/// How a text is set.
+/// The style of a text.
 #[derive(Clone, Copy)]
 pub(super) struct Style {
     pub(super) size: f64,
@@ -40,7 +40,7 @@ impl Style {
         Style { size: 14.0, weight: "bold", anchor: "middle", fill: INK };
 }
 
-/// Words, their baseline starting (or centred) here.
+/// A text whose baseline starts at, or is centred at, this point.
 pub(super) fn text(at: PagePoint, words: &str, style: Style) -> Text {
     Text::new(words)
         .set("x", tenths(at.x))
@@ -52,7 +52,7 @@ pub(super) fn text(at: PagePoint, words: &str, style: Style) -> Text {
         .set("fill", style.fill)
 }
 
-/// A name centred here, legible on top of lines.
+/// A name centred at this point, legible on top of lines.
 pub(super) fn label(at: PagePoint, words: &str, fill: &'static str) -> Text {
     let style = Style { fill, ..Style::LABEL };
     text(at.offset(0.0, 5.0), words, style)
@@ -62,9 +62,9 @@ pub(super) fn label(at: PagePoint, words: &str, fill: &'static str) -> Text {
         .set("paint-order", "stroke")
 }
 
-/// Ink of an actuator's name.
+/// Colour of an actuator's name.
 pub(super) const ACTUATOR_INK: &str = "#8a4b00";
-/// Ink of a gage's name.
+/// Colour of a gage's name.
 pub(super) const GAGE_INK: &str = "#004b7a";
 
 /// A straight line.
@@ -79,10 +79,10 @@ pub(super) fn line([from, to]: [PagePoint; 2], width: f64, colour: &str) -> Line
         .set("stroke-linecap", "round")
 }
 
-/// A member: a line that hides what is behind it.
+/// A member: a line that hides everything behind it.
 pub(super) fn member(line_between: [PagePoint; 2], width: f64, colour: &str) -> Group {
     let [from, to] = line_between;
-    // The paper-coloured rim ends short of the joints, so that it does not nibble at neighbours.
+    // The background-coloured rim ends short of the joints, so that it does not cut into neighbours.
     let rim = [from.towards(to, 0.04), to.towards(from, 0.04)];
     Group::new().add(line(rim, width + 3.0, PAPER).set("stroke-linecap", "butt")).add(line(
         line_between,
@@ -150,7 +150,7 @@ pub(super) fn gage(at: PagePoint, [from, to]: [PagePoint; 2]) -> Group {
     Group::new().set("transform", placed(at, angle)).add(body).add(grid(-1.8)).add(grid(1.8))
 }
 
-/// A support that holds the translations, and perhaps some rotations.
+/// A support that fixes all translations, and possibly some rotations.
 pub(super) fn pinned(at: PagePoint) -> Group {
     let corner = |x: f64, y: f64| format!("{},{}", tenths(at.x + x), tenths(at.y + y));
     let triangle = [corner(0.0, 2.0), corner(-10.0, 17.0), corner(10.0, 17.0)].join(" ");
@@ -163,7 +163,7 @@ pub(super) fn pinned(at: PagePoint) -> Group {
     hatched(Group::new().add(triangle), at.offset(0.0, 17.0), 14.0)
 }
 
-/// A support that holds everything.
+/// A support that fixes all translations and rotations.
 pub(super) fn clamped(at: PagePoint) -> Group {
     let block = Rectangle::new()
         .set("x", tenths(at.x - 9.0))
@@ -174,7 +174,7 @@ pub(super) fn clamped(at: PagePoint) -> Group {
     hatched(Group::new().add(block), at.offset(0.0, 10.0), 14.0)
 }
 
-/// A support that holds only some of the translations.
+/// A support that fixes only some translations.
 pub(super) fn guided(at: PagePoint) -> Group {
     let roller = Circle::new()
         .set("cx", tenths(at.x))
@@ -200,7 +200,7 @@ fn placed(at: PagePoint, degrees: f64) -> String {
     format!("translate({} {}) rotate({})", tenths(at.x), tenths(at.y), tenths(degrees))
 }
 
-/// A number without needless digits.
+/// A number without superfluous digits.
 pub(super) fn tenths(value: f64) -> f64 {
     (value * 10.0).round() / 10.0
 }
@@ -231,7 +231,7 @@ pub(super) fn member_width(beam: bool) -> f64 {
     if beam { 5.0 } else { 2.2 }
 }
 
-/// Grey of a member: the nearer, the darker.
+/// Grey level of a member: darker if nearer.
 pub(super) fn grey(nearness: f64) -> String {
     let level = (178.0 - 120.0 * nearness.clamp(0.0, 1.0)).round() as u8;
     format!("#{level:02x}{level:02x}{level:02x}")

@@ -1,4 +1,4 @@
-//! What a message says, if it is one of those that are of interest.
+//! Decodes the messages that the feed handles.
 
 use vocabulary::{
     FaultTransition, Identification, Key, Message, ModuleName, ModuleStatus, PhaseChange,
@@ -9,20 +9,20 @@ use zenoh::sample::{Sample, SampleKind};
 use super::ModuleKey;
 use crate::view::News;
 
-/// A message, or a token that appeared or disappeared.
+/// A message, or a liveliness token that appeared or disappeared.
 #[derive(Debug, Clone)]
 pub(crate) enum Incoming {
     Transition(Box<FaultTransition>),
     Identification(Box<Identification>),
     Phase(PhaseChange),
     Status(Box<ModuleStatus>),
-    /// A module's token has appeared, or disappeared.
+    /// A module's liveliness token appeared (`true`) or disappeared (`false`).
     Token(ModuleKey, bool),
-    /// The plant's.
+    /// The liveliness token of the plant.
     Other(News),
 }
 
-/// A message that was published, or is the reply to a query.
+/// Decodes a published message or the reply to a query.
 pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
     let key = sample.key_expr().as_str();
     let bytes = sample.payload().to_bytes();
@@ -36,7 +36,7 @@ pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
                 }
                 Topic::Identification(_) => {
                     own(&key, &bytes, |read: &Identification| (&read.structure, &read.module))
-                        // A signature is only in answers; the same without it is what is published.
+                        // Only replies to queries carry the signature; removed, the reply equals the published message.
                         .map(|read| {
                             Incoming::Identification(Box::new(Identification {
                                 signature: None,
@@ -62,7 +62,7 @@ pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
     Some(read.unwrap_or_else(unreadable))
 }
 
-/// Decodes a message of the module that its key names.
+/// Decodes a message and checks that it is about the module that its key names.
 fn own<M: Message>(
     (structure, module): &ModuleKey,
     bytes: &[u8],
@@ -75,7 +75,7 @@ fn own<M: Message>(
     Err(format!("the {} names another module than its key", M::WHAT))
 }
 
-/// Whose token it is that came or went.
+/// Decodes a change of liveliness.
 pub(crate) fn token(sample: &Sample) -> Option<Incoming> {
     let there = sample.kind() == SampleKind::Put;
     match sample.key_expr().as_str().parse::<Key>().ok()? {

@@ -1,16 +1,16 @@
-//! Verdicts, kinds of faults, phases and presence, as they are published: a plain value, messages, answers and the time go
-//! in, news and questions come out.
+//! Merges published verdicts, kinds of faults, phases and presence into one feed without network access: the caller
+//! passes messages, answers and the time, and receives news and the next question to ask.
 //!
-//! What is published may be missed: a link was cut, a queue was full, the module was not connected yet. So transitions are
-//! numbered, statuses say how many there were, and what is missing is fetched from the module's journal; the present state is
-//! requested when a module appears.
+//! A subscriber misses messages when a link fails, a queue is full or the module is not connected yet. Modules
+//! therefore number their transitions and report the count in their status; the feed fetches missing transitions from
+//! the module's journal and requests the present state when a module appears.
 //!
 //! | file | job |
 //! |---|---|
-//! | `messages` | what a message says |
-//! | `module_feed` | what one module publishes, each once and in order: what is held back, missing, asked |
-//! | `retries` | when a question is put again |
-//! | `queries` | queries to modules, and their replies |
+//! | `messages` | decodes messages |
+//! | `module_feed` | orders and deduplicates what one module publishes, and finds gaps |
+//! | `retries` | when to repeat a question |
+//! | `queries` | queries modules and reads their replies |
 
 mod messages;
 mod module_feed;
@@ -31,22 +31,22 @@ pub(crate) use messages::{Incoming, message, token};
 pub(crate) use module_feed::ModuleQuery;
 pub(crate) use queries::{ModuleAnswer, ask, ask_all};
 
-/// Modules whose numbers are followed; what others publish is passed on as it comes.
+/// Modules whose sequence numbers are tracked; messages of further modules are passed on as they arrive.
 const MODULES: usize = 1024;
 
 /// Structure and name of a module.
 pub(crate) type ModuleKey = (StructureName, ModuleName);
 
-/// What all modules publish, each message once and in the order of its module.
+/// Hands out the messages of all modules, each once and in the order of its module.
 #[derive(Debug, Default)]
 pub(crate) struct EventFeed {
     modules: BTreeMap<ModuleKey, ModuleFeed>,
-    /// The present states of all modules have been asked for together.
+    /// The first query, for the present states of all modules, was answered.
     is_open: bool,
 }
 
 impl EventFeed {
-    /// A message that was published, or a token that appeared or disappeared.
+    /// Handles a published message, or a token that appeared or disappeared.
     pub(crate) fn published(&mut self, incoming: Incoming, now: Instant) -> Vec<News> {
         match incoming {
             Incoming::Transition(transition) => self.transition(*transition),
@@ -63,7 +63,7 @@ impl EventFeed {
         }
     }
 
-    /// What came of a question.
+    /// Handles the answer to a question.
     pub(crate) fn answered(&mut self, answer: ModuleAnswer, now: Instant) -> Vec<News> {
         match answer {
             ModuleAnswer::Present(key, replies) => self.replies(key.as_ref(), replies, now),
@@ -88,7 +88,7 @@ impl EventFeed {
         }
     }
 
-    /// An identification, a phase, or what needs no order.
+    /// Handles an identification, a phase, or a message that has no order.
     fn other(&mut self, incoming: Incoming, is_answer: bool) -> Option<News> {
         match incoming {
             Incoming::Identification(found) => {
@@ -108,7 +108,8 @@ impl EventFeed {
         }
     }
 
-    /// What is known at present, of one module or of all. States first: an identification belongs to a fault.
+    /// Handles the present states of one module or of all. States go first, because an identification belongs to a
+    /// fault.
     fn replies(
         &mut self,
         key: Option<&ModuleKey>,
@@ -133,7 +134,8 @@ impl EventFeed {
         news
     }
 
-    /// The present states of all modules that answer: the first question of all. The others are asked again.
+    /// Handles the answers to the first query, which goes to all modules. Modules that did not answer are queried one
+    /// by one.
     fn open(&mut self, states: Vec<FaultTransition>, now: Instant) -> Vec<News> {
         self.is_open = true;
         let mut of_module: BTreeMap<ModuleKey, Vec<FaultTransition>> = BTreeMap::new();
@@ -143,7 +145,7 @@ impl EventFeed {
         of_module.into_iter().flat_map(|(key, states)| self.present(&key, states, now)).collect()
     }
 
-    /// The present states of a module; none if it did not answer.
+    /// Handles the present states of a module; an empty list if it did not answer.
     fn present(
         &mut self,
         key: &ModuleKey,
@@ -153,7 +155,7 @@ impl EventFeed {
         self.module(key).map_or_else(Vec::new, |module| module.present(states, now))
     }
 
-    /// A question that is due now, if any is; it counts as put.
+    /// Returns a question that is due, if any, and records it as asked.
     pub(crate) fn question(&mut self, now: Instant) -> Option<(ModuleKey, ModuleQuery)> {
         if !self.is_open {
             return None;

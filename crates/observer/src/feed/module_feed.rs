@@ -1,5 +1,5 @@
-//! What one module publishes: its transitions each once and in their order, its identifications and phases each once, and
-//! what is asked to fill gaps.
+//! The feed of one module: hands out its transitions once each and in order, its identifications and phases once each,
+//! and decides which questions fill gaps.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,20 +15,20 @@ use super::ModuleKey;
 use super::retries::Retries;
 use crate::view::News;
 
-/// Transitions of a module that are held back until those before them are there.
+/// Transitions of a module that are held back while earlier ones are missing.
 const HELD: usize = 256;
-/// A status that knows of more, or of fewer, transitions than were handed out is believed if it is not superseded within
-/// this time: a transition that was just published may come after it.
+/// A status that counts more or fewer transitions than were handed out is believed unless a transition contradicts it
+/// within this time: one that was just published may arrive after the status.
 const SETTLING: Duration = Duration::from_secs(1);
-/// A module that sends no status is asked for its present state at this interval.
+/// Interval at which a module that sends no status is asked for its present state.
 pub(super) const LOOK_EVERY: Duration = Duration::from_secs(10);
 
-/// That several processes run as one module is reported again only if it was over for this long.
+/// A module shared by several processes is reported again only after this long without such a report.
 const SEVERAL_OVER: Duration = Duration::from_secs(60);
 /// Components whose latest identification is remembered.
 const COMPONENTS: usize = 1024;
 
-/// What is to be asked of a module.
+/// A question to a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ModuleQuery {
     /// Its present state.
@@ -37,10 +37,10 @@ pub(crate) enum ModuleQuery {
     History(u64),
 }
 
-/// What is remembered of the latest transition that was handed out.
+/// Identifies the latest transition that was handed out.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 struct LatestTransition {
-    /// What its sequence number counts in.
+    /// The incarnation that its sequence number belongs to.
     incarnation: u64,
     sequence: u64,
     time_unix_ns: u64,
@@ -52,13 +52,13 @@ impl LatestTransition {
         Self { incarnation, sequence, time_unix_ns: transition.time_unix_ns }
     }
 
-    /// Whether a transition comes after it, as the module counts.
+    /// Whether the transition comes after this one in the module's numbering.
     fn precedes(&self, transition: &FaultTransition) -> bool {
         transition.place() > (self.incarnation, self.sequence)
     }
 
-    /// Whether the module counts from the beginning again: its state directory was wiped, or it keeps none. So it does in a
-    /// later incarnation, and where it gives a number once more at a later time; at the same time, it is the same again.
+    /// Whether the module restarted its numbering because its state directory was wiped or it has none: the transition
+    /// has a later incarnation, or repeats a number with a later time. With the same time it is a duplicate.
     fn is_superseded_by(&self, transition: &FaultTransition) -> bool {
         transition.incarnation > self.incarnation
             || (transition.incarnation == self.incarnation
@@ -67,45 +67,46 @@ impl LatestTransition {
     }
 }
 
-/// Where a module stands.
+/// What is known of one module's sequence.
 #[derive(Debug)]
 pub(super) struct ModuleFeed {
     structure: StructureName,
     module: ModuleName,
-    /// Transitions as they were published, in the order of their numbers.
+    /// Published transitions in the order of their sequence numbers.
     filler: GapFiller<FaultTransition>,
-    /// The number due next is known: not until the first answer or, failing that, the first transition.
+    /// Whether the next sequence number is known: after the first answer or, without an answer, the first transition.
     is_begun: bool,
     latest: LatestTransition,
-    /// After a new beginning, the time of the latest transition before it: what the journal has from then was handed out.
+    /// After a restarted numbering, the time of the last transition before it: older journal entries were handed out
+    /// already.
     old_until_unix_ns: u64,
-    /// Transitions as they are at present, for the case that the journal does not give them.
+    /// The present transitions, handed out if the journal cannot supply them.
     present: BTreeMap<u64, FaultTransition>,
-    /// The number after the last that the module is known to have given.
+    /// One more than the highest sequence number that the module is known to have used.
     end: u64,
-    /// Since when it is known of more than were handed out.
+    /// Since when the module has been known to have published more transitions than were handed out.
     behind_since: Option<Instant>,
-    /// Since when it is known of fewer.
+    /// Since when its status has counted fewer.
     fallen_since: Option<Instant>,
-    /// The number after the last that was reported as missed.
+    /// One more than the highest sequence number reported as missed.
     reported: u64,
-    /// Its present state is to be asked for.
+    /// Whether to ask for its present state.
     look: bool,
     retries: Retries,
-    /// When it last sent a status or its present state.
+    /// When its latest status or present state arrived.
     heard: Option<Instant>,
-    /// Several processes run as the module, each with numbers of its own.
+    /// Several processes run as this module, each with its own numbering.
     shared: bool,
-    /// When a status last said so.
+    /// When a status last reported several processes.
     several_at: Option<Instant>,
-    /// The latest identification of each component that was handed out.
+    /// The latest identification handed out of each component.
     identifications: BTreeMap<ComponentPath, Identification>,
-    /// The latest phase that was handed out.
+    /// The latest phase handed out.
     phase: Option<PhaseChange>,
 }
 
 impl ModuleFeed {
-    /// Of a module that has just appeared.
+    /// The feed of a module that has just appeared.
     pub(super) fn new((structure, module): &ModuleKey) -> Self {
         Self {
             structure: structure.clone(),
@@ -129,23 +130,23 @@ impl ModuleFeed {
         }
     }
 
-    /// The number due next, once it is known.
+    /// The next sequence number, if known.
     fn next(&self) -> Option<u64> {
         self.is_begun.then(|| self.filler.next())
     }
 
-    /// The module has appeared, perhaps again.
+    /// Handles the module's appearance or reappearance.
     pub(super) fn appear(&mut self) {
         self.look = true;
         self.retries.forgive();
     }
 
-    /// The module has gone: it is not asked until it is heard of again.
+    /// Handles the module's disappearance: it is not queried until it publishes again.
     pub(super) fn disappear(&mut self) {
         self.heard = None;
     }
 
-    /// A transition that was published.
+    /// Handles a published transition.
     pub(super) fn published(&mut self, transition: FaultTransition) -> Vec<News> {
         if self.shared {
             return self.pass(transition);
@@ -166,12 +167,12 @@ impl ModuleFeed {
         self.release()
     }
 
-    /// One that came before is the same.
+    /// Holds a transition; a duplicate of a held one is dropped.
     fn hold(&mut self, transition: FaultTransition) {
         let _ = self.filler.take(transition.sequence, transition);
     }
 
-    /// Of several processes each transition is handed out as it comes.
+    /// Hands out a transition at once, because transitions of several processes have no common order.
     fn pass(&mut self, transition: FaultTransition) -> Vec<News> {
         if LatestTransition::of(&transition) == self.latest {
             return Vec::new();
@@ -181,7 +182,7 @@ impl ModuleFeed {
         vec![News::Fault(Box::new(transition))]
     }
 
-    /// What a status says of the numbers.
+    /// Compares the numbers in a status with what was handed out.
     pub(super) fn status(&mut self, status: &ModuleStatus, now: Instant) -> Vec<News> {
         self.heard = Some(now);
         if status.another_process {
@@ -201,7 +202,7 @@ impl ModuleFeed {
         Vec::new()
     }
 
-    /// Several processes run as the module: nothing is missing, whatever the numbers.
+    /// Several processes run as the module, so gaps in the numbers do not mean missed transitions.
     fn share(&mut self, now: Instant) -> Vec<News> {
         (self.end, self.behind_since, self.fallen_since) = (0, None, None);
         let mut news = self.give_up("several processes run as the module");
@@ -214,8 +215,8 @@ impl ModuleFeed {
         news
     }
 
-    /// An identification. One that was published is news unless it is the same again; an answer may have been overtaken, or
-    /// differ from what was published in nothing that matters.
+    /// Handles an identification. A published one is news unless it equals the latest; an answer may be older than the
+    /// latest published one, or differ from it only insignificantly.
     pub(super) fn identification(
         &mut self,
         found: Identification,
@@ -238,7 +239,7 @@ impl ModuleFeed {
         Some(News::Identification(Box::new(found)))
     }
 
-    /// A change of phase; whether it is news as with an identification.
+    /// Handles a change of phase by the same rules as an identification.
     pub(super) fn phase(&mut self, change: PhaseChange, is_answer: bool) -> Option<News> {
         let is_news = self.phase.as_ref().is_none_or(|before| {
             if is_answer { change.time_unix_ns > before.time_unix_ns } else { *before != change }
@@ -249,14 +250,14 @@ impl ModuleFeed {
         })
     }
 
-    /// The module has given all numbers below `end`.
+    /// Records that the module has used all numbers below `end`.
     fn know_of(&mut self, end: u64, now: Instant) {
         self.end = end;
         let is_behind = self.next().is_some_and(|next| end > next);
         self.behind_since = is_behind.then(|| self.behind_since.unwrap_or(now));
     }
 
-    /// The module's present state, the latest transition of each component; empty if it did not answer.
+    /// Handles the module's present state, the latest transition of each component; an empty list if it did not answer.
     pub(super) fn present(&mut self, states: Vec<FaultTransition>, now: Instant) -> Vec<News> {
         if states.is_empty() {
             return self.no_present(now);
@@ -292,7 +293,7 @@ impl ModuleFeed {
         self.release()
     }
 
-    /// The first that is known of the module: the latest of every component, and what was published meanwhile.
+    /// Starts the sequence with the latest transition of every component and those published since.
     fn begin(&mut self) -> Vec<News> {
         let mut news = Vec::new();
         for state in std::mem::take(&mut self.present).into_values() {
@@ -307,7 +308,7 @@ impl ModuleFeed {
         news
     }
 
-    /// With the first that is held, if the number due next is not known.
+    /// Starts with the first held transition if the next number is not known.
     fn begin_at_first(&mut self) {
         let first = self.filler.held().next().map(FaultTransition::place);
         if let (false, Some((incarnation, sequence))) = (self.is_begun, first) {
@@ -321,14 +322,14 @@ impl ModuleFeed {
         self.restart(sequence, |_| true);
     }
 
-    /// With another number due next; of what is held, those at least this late that are wanted stay.
+    /// Restarts at another number, keeping held transitions from there on that `is_wanted` accepts.
     fn restart(&mut self, next: u64, is_wanted: impl Fn(&FaultTransition) -> bool) {
         let held = std::mem::replace(&mut self.filler, GapFiller::starting_at(next));
         let wanted = held.into_held().map(|(_, transition)| transition);
         wanted.filter(is_wanted).for_each(|transition| self.hold(transition));
     }
 
-    /// What the module counts from the beginning is not what it counted before.
+    /// Starts over with a new numbering, unrelated to the former one.
     fn begin_again(&mut self, incarnation: u64) {
         let old_until_unix_ns = self.latest.time_unix_ns;
         self.restart(1, |transition| transition.time_unix_ns > old_until_unix_ns);
@@ -340,7 +341,7 @@ impl ModuleFeed {
         self.retries.forgive();
     }
 
-    /// A page of the journal from `since` on, or why there is none.
+    /// Handles a page of the journal from `since` on, or the reason why it could not be read.
     pub(super) fn page(
         &mut self,
         since: u64,
@@ -349,7 +350,7 @@ impl ModuleFeed {
     ) -> Vec<News> {
         let page = match page {
             Ok(page) if self.next() == Some(since) => page,
-            // It began again meanwhile, or what was missing has come.
+            // The numbering restarted meanwhile, or the missing transitions arrived.
             Ok(_) => {
                 self.retries.succeed();
                 return Vec::new();
@@ -376,7 +377,7 @@ impl ModuleFeed {
         if self.retries.fail(now) { self.give_up(reason) } else { Vec::new() }
     }
 
-    /// Hands out what there is without what is missing.
+    /// Hands out what is held without waiting for the missing transitions.
     fn give_up(&mut self, reason: &str) -> Vec<News> {
         std::mem::take(&mut self.present).into_values().for_each(|state| self.hold(state));
         let Some(next) = self.next() else {
@@ -387,18 +388,18 @@ impl ModuleFeed {
             self.retries.forgive();
             return self.release_below(self.filler.end(), reason);
         }
-        // They may come yet: nothing after them has.
+        // The sequence does not advance: nothing later has arrived, so the missing ones may still arrive.
         let missed = self.missed(next..self.end, reason);
         self.reported = self.reported.max(self.end);
         missed.into_iter().collect()
     }
 
-    /// Hands out what is held and due.
+    /// Hands out held transitions up to the next gap.
     fn release(&mut self) -> Vec<News> {
         self.release_below(0, "")
     }
 
-    /// Hands out what is held and due; of the numbers below `end`, those that are not held are missed.
+    /// Hands out held transitions up to the next gap; numbers below `end` that are not held are reported as missed.
     fn release_below(&mut self, end: u64, reason: &str) -> Vec<News> {
         if !self.is_begun {
             return Vec::new();
@@ -430,8 +431,8 @@ impl ModuleFeed {
         Some(News::Fault(Box::new(transition)))
     }
 
-    /// Those of these numbers that were not reported before. Before the first transition of a new beginning it is not known
-    /// whether any is missing.
+    /// Reports those of these numbers that were not reported before. Before the first transition of a new numbering,
+    /// whether any is missing cannot be known.
     fn missed(&self, numbers: Range<u64>, reason: &str) -> Option<News> {
         let numbers = numbers.start.max(self.reported)..numbers.end;
         let is_known = self.old_until_unix_ns == 0
@@ -445,7 +446,7 @@ impl ModuleFeed {
         })
     }
 
-    /// The question that is due now, if one is.
+    /// The question that is due, if any.
     pub(super) fn question(&mut self, now: Instant) -> Option<ModuleQuery> {
         let wish = self.wish(now).filter(|_| self.retries.may_ask(now))?;
         self.retries.ask();
@@ -463,13 +464,13 @@ impl ModuleFeed {
     }
 }
 
-/// Which fault it is, and of which kind. The size is in the answer to each question a little different.
+/// What makes an identification news: its fault and its kind. The size differs slightly in every answer.
 fn essence(found: &Identification) -> (u64, bool, Option<&str>) {
     let likeliest = found.candidates.first();
     (found.sequence, found.decided, likeliest.map(|candidate| candidate.kind.as_str()))
 }
 
-/// Of what comes after this.
+/// A filler that continues after this transition.
 fn after(latest: LatestTransition) -> GapFiller<FaultTransition> {
     GapFiller::starting_at(latest.sequence.saturating_add(1))
 }

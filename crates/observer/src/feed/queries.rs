@@ -1,4 +1,4 @@
-//! Queries to modules, and what they reply.
+//! Sends queries to modules and collects the replies.
 
 use std::time::Duration;
 
@@ -10,21 +10,21 @@ use super::messages::{Incoming, message};
 use super::{ModuleKey, ModuleQuery};
 use crate::request;
 
-/// How long an answer may take.
+/// Timeout of a query.
 const WITHIN: Duration = Duration::from_secs(1);
-/// Replies to one question that are looked at.
+/// Replies to one query that are read.
 const REPLIES: usize = 65_536;
 
-/// What came of a question.
+/// The answer to a question.
 #[derive(Debug)]
 pub(crate) enum ModuleAnswer {
-    /// What is known at present, of one module or of all.
+    /// The present states of one module, or of all.
     Present(Option<ModuleKey>, Vec<Incoming>),
-    /// A page of a module's journal from a sequence number on, or why there is none.
+    /// A page of a module's journal from a sequence number on, or the reason why it could not be read.
     Page(ModuleKey, u64, Result<HistoryPage, String>),
 }
 
-/// Puts a question to one module.
+/// Asks one module.
 pub(crate) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)) -> ModuleAnswer {
     match query {
         ModuleQuery::Present => {
@@ -39,13 +39,13 @@ pub(crate) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)
     }
 }
 
-/// Puts the first question, to all modules.
+/// Sends the first query, to all modules.
 pub(crate) async fn ask_all(session: Session, structure: Option<StructureName>) -> ModuleAnswer {
     let watched = Watched { structure: structure.as_ref(), module: None };
     ModuleAnswer::Present(None, present(&session, watched).await)
 }
 
-/// States, identifications and phases at present, of the modules that answer.
+/// Queries the present states, identifications and phases; returns those of the modules that answer.
 async fn present(session: &Session, watched: Watched<'_>) -> Vec<Incoming> {
     let (states, identifications, phases) = tokio::join!(
         replies(session, watched.faults()),

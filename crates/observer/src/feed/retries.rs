@@ -1,18 +1,18 @@
-//! When a question to a module is put again.
+//! Decides when to repeat a question to a module.
 
 use std::time::{Duration, Instant};
 
 use vocabulary::delivery::Backoff;
 
-/// Questions in a row that bring nothing, after which it is given up.
+/// Consecutive failures after which a question is given up.
 const ATTEMPTS: u32 = 3;
-/// From one of them to the next.
+/// Pauses between attempts.
 const PAUSES: Backoff<Duration> =
     Backoff::new(Duration::from_millis(200), Duration::from_millis(400));
-/// After it was given up, before it is tried again.
+/// Pause after giving up.
 const REST: Duration = Duration::from_secs(10);
 
-/// At most one question at a time, and none too soon after one that brought nothing.
+/// Allows one question at a time, and none too soon after a failure.
 #[derive(Debug)]
 pub(super) struct Retries {
     asked: bool,
@@ -27,22 +27,22 @@ impl Default for Retries {
 }
 
 impl Retries {
-    /// May a question be put now?
+    /// Whether a question may be asked now.
     pub(super) fn may_ask(&self, now: Instant) -> bool {
         !self.asked && self.not_before.is_none_or(|time| now >= time)
     }
 
-    /// A question is put.
+    /// A question is sent.
     pub(super) fn ask(&mut self) {
         self.asked = true;
     }
 
-    /// It brought something.
+    /// The question was answered usefully.
     pub(super) fn succeed(&mut self) {
         *self = Self::default();
     }
 
-    /// It brought nothing. Whether that is enough to give up.
+    /// The question failed; returns whether to give up.
     pub(super) fn fail(&mut self, now: Instant) -> bool {
         self.asked = false;
         let pause = self.pauses.fail();
@@ -54,7 +54,7 @@ impl Retries {
         is_over
     }
 
-    /// Something else has changed: a question is worth it at once.
+    /// Clears the failures: circumstances changed, so a question is worth sending at once.
     pub(super) fn forgive(&mut self) {
         self.pauses.succeed();
         self.not_before = None;

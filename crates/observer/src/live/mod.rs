@@ -1,9 +1,9 @@
-//! A structure as it is at every moment: the one way in which a view observes it.
+//! Live observation of a structure: every view observes through this module.
 //!
 //! | file | what |
 //! |---|---|
-//! | `present` | looks once: until every module has answered |
-//! | `task` | listens, asks, and hands what it hears to [`Structures`](crate::Structures) |
+//! | `present` | takes one snapshot, once every module has answered |
+//! | `task` | subscribes, queries, and passes the messages to [`Structures`](crate::Structures) |
 
 mod present;
 mod task;
@@ -25,10 +25,10 @@ use task::Show;
 
 pub use present::{attendance, present};
 
-/// Events that may wait to be taken.
+/// Capacity of the event queue.
 const QUEUE: usize = 4096;
 
-/// Keeps a scene up to date as long as it lives, whether or not there is a network and any module on it.
+/// Keeps a scene up to date until it is dropped, with or without a network or modules.
 #[derive(Debug)]
 pub struct Live {
     scene: watch::Receiver<Arc<Scene>>,
@@ -38,7 +38,7 @@ pub struct Live {
 }
 
 impl Live {
-    /// Starts; `open` is called until there is a session. `expected` are modules that should be there.
+    /// Starts observing; retries `open` until it returns a session. `expected` lists modules that should be running.
     pub fn start<F, E>(
         open: impl Fn() -> F + Send + 'static,
         structure: Option<StructureName>,
@@ -52,10 +52,11 @@ impl Live {
         Self { events: None, ..live }
     }
 
-    /// Starts over a session, and keeps events until they are taken: everything that is published once this returns.
+    /// Starts observing over a session, and queues events until the caller takes them: every event published after this
+    /// returns.
     ///
     /// # Errors
-    /// The network refuses.
+    /// Zenoh cannot declare a subscriber.
     pub async fn over(
         session: &Session,
         structure: Option<StructureName>,
@@ -64,10 +65,10 @@ impl Live {
         Self::on(session, structure, expected, true).await
     }
 
-    /// The same for events alone: no module is asked for the states of its components.
+    /// Like [`Live::over`], for events alone: modules are not queried for the states of their components.
     ///
     /// # Errors
-    /// The network refuses.
+    /// Zenoh cannot declare a subscriber.
     pub async fn events(
         session: &Session,
         structure: Option<StructureName>,
@@ -88,7 +89,7 @@ impl Live {
         Ok(live)
     }
 
-    /// Waits for the network.
+    /// Waits until the session is open.
     async fn network(&self) -> Result<(), AttendanceError> {
         let mut scenes = self.scenes();
         let opened = scenes.wait_for(|scene| scene.network != NetworkState::Opening).await;
@@ -120,20 +121,20 @@ impl Live {
         Self { scene, session, events: Some(events), _task: task }
     }
 
-    /// What is known now.
+    /// The present scene.
     #[must_use]
     pub fn scene(&self) -> Arc<Scene> {
         self.scene.borrow().clone()
     }
 
-    /// The scenes as they change, ten a second at most; a slow view gets the latest.
+    /// A channel of scenes, updated at most ten times a second; a slow view receives the latest.
     #[must_use]
     pub fn scenes(&self) -> watch::Receiver<Arc<Scene>> {
         self.scene.clone()
     }
 
-    /// The next event of [`Live::over`] or [`Live::events`], in their order: the latest of every component and every module first. `None` once
-    /// the session is closed.
+    /// The next event of [`Live::over`] or [`Live::events`], in order; the latest event of every component and every
+    /// module comes first. `None` once the session is closed.
     pub async fn next_event(&mut self) -> Option<Arc<ObservedEvent>> {
         let event = self.events.as_mut()?.recv().await;
         match event {
@@ -146,7 +147,7 @@ impl Live {
         }
     }
 
-    /// The session, once there is one: for orders, histories, freeze frames.
+    /// The session, once it is open: for orders, histories and freeze frames.
     #[must_use]
     pub fn session(&self) -> Option<Session> {
         self.session.borrow().clone()

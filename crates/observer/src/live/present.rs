@@ -1,4 +1,4 @@
-//! A look at the present: until every module has answered.
+//! Takes one snapshot of a structure, once every module has answered.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,19 +11,19 @@ use super::Live;
 use crate::presence::AttendanceError;
 use crate::view::{ModuleView, Scene};
 
-/// A status comes once a second; how long after the first message one may take.
+/// A module sends a status every second; a first status may arrive this long after the first message.
 const STATUS_WITHIN: Duration = Duration::from_millis(1300);
-/// How long after the first message modules are waited for that no other names.
+/// How long after the first message to wait for modules that no other module names as a peer.
 const OTHERS_WITHIN: Duration = Duration::from_millis(200);
 
-/// Looks at a structure, or at all of them. `expected` are modules that should be there; so are those that another
-/// module names as its peer. A missing module is in the scene all the same: silence is never taken for health.
+/// Takes a snapshot of a structure, or of all structures. `expected` lists modules that should be running; so does
+/// every module's list of peers. A missing module appears in the scene as unknown: silence never counts as healthy.
 ///
-/// Returns as soon as every known module has sent its status and the states of its components; of modules of which nothing
-/// is heard, soon after a second from the first message; in no case later than after `timeout`.
+/// Returns as soon as every known module has sent its status and the states of its components. Waits for modules that
+/// send nothing until about a second after the first message, and never longer than `timeout`.
 ///
 /// # Errors
-/// The network refuses.
+/// Zenoh cannot declare a subscriber.
 pub async fn present(
     session: &Session,
     structure: Option<&StructureName>,
@@ -34,10 +34,10 @@ pub async fn present(
     look(live, timeout, hold).await
 }
 
-/// The same without waiting for the states of components: which modules there are or should be.
+/// Like [`present`], without waiting for the states of components: lists which modules are running or should be.
 ///
 /// # Errors
-/// The network refuses.
+/// Zenoh cannot declare a subscriber.
 pub async fn attendance(
     session: &Session,
     structure: Option<&StructureName>,
@@ -65,12 +65,12 @@ async fn look(
         if Instant::now() >= until {
             return Ok(scene);
         }
-        // It shows in the scene and the time whether it changed.
+        // The next look at the scene and the clock shows whether it changed.
         let _ = timeout_at(until, scenes.changed()).await;
     }
 }
 
-/// How long after the first message more is waited for.
+/// How long after the first message to wait for more.
 fn hold(scene: &Scene, timeout: Duration) -> Duration {
     let is_mute = |module: &ModuleView| module.present && module.components.is_empty();
     let may_answer = scene.is_asking || scene.modules.iter().any(is_mute);

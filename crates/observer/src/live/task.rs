@@ -1,5 +1,5 @@
-//! Opens the session, listens, asks for what was missed and every other second for the present states, and shows what comes
-//! of it.
+//! Opens the session, subscribes, fetches missed transitions, queries the present states every other second, and
+//! publishes the resulting scenes.
 
 use std::fmt::Display;
 use std::future::Future;
@@ -24,19 +24,19 @@ use crate::feed::{EventFeed, Incoming, ask, ask_all, message, token};
 use crate::request::read;
 use crate::view::{NetworkState, News, ObservedEvent, QueryError, Scene, Structures};
 
-/// From one failure to open a session to the next attempt.
+/// Pause before the next attempt to open a session.
 const OPEN_AGAIN_AFTER: Duration = Duration::from_secs(2);
-/// How often a scene is made at most.
+/// Shortest interval between scenes.
 const SHOW_EVERY: Duration = Duration::from_millis(100);
-/// How often a scene is made at least: ages grow, and what is not heard becomes silent.
+/// Longest interval between scenes: ages grow, and a module that sends nothing becomes silent.
 const SHOW_AT_LEAST_EVERY: Duration = Duration::from_secs(1);
-/// How often present states are asked for, which say how components compare with their references.
+/// Interval of queries for present states, which tell how components compare with their references.
 const ASK_EVERY: Duration = Duration::from_secs(2);
-/// How long answers are waited for.
+/// Timeout of such a query.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
-/// Messages that may wait.
+/// Capacity of the message queue.
 const QUEUE: usize = 4096;
-/// Questions about what was missed that wait for their answers.
+/// Questions about missed transitions that may be pending.
 const QUESTIONS: usize = 8;
 
 pub(super) async fn run<F, E>(
@@ -50,7 +50,7 @@ pub(super) async fn run<F, E>(
 {
     loop {
         show.now();
-        // A client waits for its router without yielding, hence the task of its own.
+        // Opening a client session blocks until the router answers, hence a separate task.
         let network = match tokio::spawn(open()).await {
             Ok(Ok(session)) => {
                 let _ = sessions.send(Some(session.clone()));
@@ -71,10 +71,10 @@ pub(super) async fn run<F, E>(
     }
 }
 
-/// What is known, and where it is shown.
+/// What is known, and the channels that publish it.
 pub(super) struct Show {
     known: Structures,
-    /// Whether modules are asked for the states of their components.
+    /// Whether to query modules for the states of their components.
     asks: bool,
     scenes: watch::Sender<Arc<Scene>>,
     events: broadcast::Sender<Arc<ObservedEvent>>,
@@ -112,13 +112,13 @@ impl Show {
     fn news(&mut self, news: Vec<News>) {
         for news in news {
             let event = self.known.news(news, unix_ns());
-            // Views that stay open look at scenes alone.
+            // Views that stay open receive scenes only, so there may be no receiver.
             let _ = self.events.send(event);
             self.changed = true;
         }
     }
 
-    /// Takes the state of a component, as a process answered.
+    /// Handles a reply to the query of states.
     fn reply(&mut self, reply: &Reply) {
         match (state_in(reply), reply.result()) {
             (Ok(state), _) => {
@@ -135,14 +135,14 @@ impl Show {
         self.changed = true;
     }
 
-    /// No more replies come.
+    /// Handles the end of the replies.
     fn answered(&mut self) {
         self.known.answered();
         self.changed = true;
     }
 }
 
-/// Until the session ends.
+/// Receives messages until the session ends.
 async fn listen(
     session: &Session,
     structure: Option<&StructureName>,
@@ -188,7 +188,7 @@ async fn listen(
             }
         };
         if !news.is_empty() {
-            // How it compares with its reference now.
+            // Query soon how the component compares with its reference now.
             ask_at = ask_at.min(Instant::now() + SHOW_EVERY);
         }
         show.news(news);
@@ -208,16 +208,16 @@ async fn listen(
     }
 }
 
-/// What is published. It is closed with the session.
+/// Queues published messages; closed with the session.
 struct Inbox {
     messages: Receiver<Incoming>,
-    /// Messages that found no room since that was last reported.
+    /// Messages dropped because the queue was full, since this was last reported.
     lost: Arc<AtomicU64>,
     _subscribers: Vec<Subscriber<()>>,
 }
 
 impl Inbox {
-    /// Subscribes before anything is asked: what is published after the answer was made is received.
+    /// Subscribes before any query, so that no message published after an answer is lost.
     async fn open(session: &Session, structure: Option<&StructureName>) -> zenoh::Result<Self> {
         let (sender, messages) = channel(QUEUE);
         let lost = Arc::new(AtomicU64::new(0));
@@ -234,14 +234,14 @@ impl Inbox {
         Ok(Self { messages, lost, _subscribers: subscribers })
     }
 
-    /// That messages were lost, if any were.
+    /// Reports lost messages, if any.
     fn lost(&self) -> Vec<News> {
         let count = self.lost.swap(0, Ordering::Relaxed);
         (count > 0).then_some(News::Lost { count }).into_iter().collect()
     }
 }
 
-/// Zenoh's threads do not wait.
+/// Queues a message or drops it: Zenoh's threads must not block.
 fn hand_to(
     sender: Sender<Incoming>,
     lost: Arc<AtomicU64>,
@@ -258,7 +258,7 @@ fn hand_to(
 
 type Replies = FifoChannelHandler<Reply>;
 
-/// The next reply; `None` if no more come.
+/// The next reply; `None` after the last.
 async fn next(replies: Option<&Replies>) -> Option<Reply> {
     match replies {
         Some(replies) => replies.recv_async().await.ok(),
@@ -266,7 +266,7 @@ async fn next(replies: Option<&Replies>) -> Option<Reply> {
     }
 }
 
-/// Queries the state of every component.
+/// Queries the states of all components.
 async fn ask_states(session: &Session, structure: Option<&StructureName>) -> Option<Replies> {
     let query = session
         .get(Watched { structure, module: None }.faults())
@@ -276,7 +276,7 @@ async fn ask_states(session: &Session, structure: Option<&StructureName>) -> Opt
     query.await.ok()
 }
 
-/// The state in a reply, if it came on the key of the component that it is about.
+/// Decodes the state in a reply, which must be about the component in the reply's key.
 fn state_in(reply: &Reply) -> Result<FaultTransition, QueryError> {
     let transition: FaultTransition = read(reply, ANSWER_WITHIN)?;
     let ComponentPath { module, component } = transition.component.clone();

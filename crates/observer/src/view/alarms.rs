@@ -1,4 +1,4 @@
-//! What is urgent, and whether all is well: one judgement for every view.
+//! Ranks alarms by urgency and decides whether all is well, the same way for every view.
 
 use std::cmp::Reverse;
 
@@ -10,8 +10,7 @@ use super::module::ModuleView;
 use super::row::{StateRow, Urgency};
 use super::scene::Scene;
 
-/// Every component, and every module whose verdicts are missing or cannot be relied on; the most urgent first, and of
-/// these the latest.
+/// Every component, and every module whose verdicts are missing or unreliable, sorted by urgency, then latest first.
 #[must_use]
 pub fn rows(modules: &[ModuleView]) -> Vec<StateRow> {
     let of_module = |module: &ModuleView| {
@@ -21,13 +20,13 @@ pub fn rows(modules: &[ModuleView]) -> Vec<StateRow> {
         module.row().into_iter().chain(components)
     };
     let mut rows: Vec<StateRow> = modules.iter().flat_map(of_module).collect();
-    // Stable: rows of one time stay in the order of their names.
+    // A stable sort keeps rows of the same time in the order of their names.
     rows.sort_by_key(|row| (row.urgency, row.component.is_some(), Reverse(row.since_unix_ns)));
     rows
 }
 
-/// The same without what is normal. The row of a module stands for its components of which nothing is known because of
-/// it.
+/// Like [`rows`], without normal ones. The row of a module replaces the rows of components that are unknown because of
+/// that module.
 #[must_use]
 pub fn alarms(modules: &[ModuleView]) -> Vec<StateRow> {
     let mut rows = rows(modules);
@@ -35,9 +34,9 @@ pub fn alarms(modules: &[ModuleView]) -> Vec<StateRow> {
     rows
 }
 
-/// Whether every module is one process that answers, is in service and writes its journal, and no component is faulty or
-/// possibly so. An alarm that is shelved or suppressed does not count, nor that a module is not in service while it is
-/// suppressed. False without any module, and where a module that is down might not be on the list.
+/// Whether every module is a single process that answers, is in service and writes its journal, and no component is
+/// faulty or possibly faulty. Shelved and suppressed alarms are ignored; a suppressed module may be out of service.
+/// False without any module, and if the list might lack a module that is down.
 #[must_use]
 pub fn all_is_well(scene: &Scene) -> bool {
     let structures: Vec<&[ModuleView]> = scene.structures().collect();
@@ -45,36 +44,36 @@ pub fn all_is_well(scene: &Scene) -> bool {
     !structures.is_empty() && structures.iter().all(|modules| are_well(modules, only))
 }
 
-/// The same of the modules of one structure, which may be the only one.
+/// The same for the modules of one structure; `only` if it is the only structure.
 fn are_well(modules: &[ModuleView], only: bool) -> bool {
     is_complete(modules, only) && !rows(modules).iter().any(|row| row.urgency.needs_attention())
 }
 
-/// A module that is down is named by the statuses of its peers, which do not pass a gateway, or by the caller who expects
-/// it: a name without a structure stands for a module of the only one.
+/// Whether the list includes modules that are down. Those are known from the statuses of their peers, which do not pass
+/// a gateway, or from the caller's list of expected modules, whose names apply to the only structure.
 fn is_complete(modules: &[ModuleView], only: bool) -> bool {
     modules.iter().any(|module| module.status.is_some())
         || only && modules.iter().any(|module| module.expected)
 }
 
-/// How a structure is, in figures.
+/// Summary figures of a structure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StructureRow<'a> {
-    /// None of modules that are expected and of which nothing was seen.
+    /// `None` for expected modules that have not been seen.
     pub structure: Option<&'a StructureName>,
     /// See [`all_is_well`].
     pub all_is_well: bool,
-    /// Modules that are there or should be.
+    /// Modules that are running or should be.
     #[serde(rename = "modules")]
     pub module_count: usize,
-    /// Those that reported the states of their components.
+    /// Modules that reported the states of their components.
     pub modules_answering: usize,
-    /// Those of them that are in service.
+    /// Modules, among those answering, that are in service.
     pub modules_in_service: usize,
     /// Their components.
     #[serde(flatten)]
     pub counts: Counts,
-    /// What is not normal.
+    /// The rows that are not normal.
     #[serde(skip)]
     pub alarms: Vec<StateRow>,
     /// The modules.
@@ -83,7 +82,7 @@ pub struct StructureRow<'a> {
 }
 
 impl StructureRow<'_> {
-    /// The more urgent, the greater.
+    /// Sort key, greater if more urgent.
     fn urgency(&self) -> impl Ord + use<> {
         let of = |urgency| self.alarms.iter().filter(|row| row.urgency == urgency).count();
         let doubtful = of(Urgency::Unconfirmed) + of(Urgency::Unknown);

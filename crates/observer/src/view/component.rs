@@ -1,4 +1,4 @@
-//! A component's state as every view shows it: the one place that reads what a transition says of its verdict.
+//! The state of a component as every view shows it; the only code that interprets the verdict in a transition.
 
 use serde::Serialize;
 use vocabulary::words::{
@@ -13,7 +13,7 @@ use super::line::EventLine;
 use super::row::{DetectionFacts, StateRow, Urgency};
 
 impl StateRow {
-    /// A component in its present state.
+    /// The row of a component in its present state.
     #[must_use]
     pub fn of_component(state: &FaultTransition) -> Self {
         Self {
@@ -48,7 +48,7 @@ pub fn identification(state: &FaultTransition) -> Option<&Identification> {
     state.identification.as_deref().filter(|_| state.state().is_fault())
 }
 
-/// What explains its change, if that is so.
+/// The component whose fault explains this one's change, if any.
 #[must_use]
 pub fn explained_by(state: &FaultTransition) -> Option<&ComponentPath> {
     state.verdict.explained_by()
@@ -76,7 +76,7 @@ fn sign(state: &FaultTransition) -> &'static str {
 }
 
 fn measured(state: &FaultTransition) -> DetectionFacts {
-    // What was last computed says nothing of a component without a signal.
+    // Without a signal the last computed evidence does not describe the component.
     let evidence = state.evidence.as_ref().filter(|_| state.symptom == Symptom::Change);
     let kind = state.component.component.kind();
     DetectionFacts {
@@ -106,7 +106,7 @@ fn reference(condition: Option<&Condition>) -> String {
     format!("{words}{}", why.unwrap_or_default())
 }
 
-/// A component and its state in a line.
+/// A component and its state on one line.
 #[must_use]
 pub fn title(state: &FaultTransition) -> String {
     let words = [
@@ -118,7 +118,7 @@ pub fn title(state: &FaultTransition) -> String {
 }
 
 impl EventLine {
-    /// A transition, as it was published or as a journal has it.
+    /// The row of a transition, published or from a journal.
     #[must_use]
     pub fn of_transition(transition: &FaultTransition) -> Self {
         let began = match transition.symptom {
@@ -126,10 +126,10 @@ impl EventLine {
                 transition.detection_step.map(|step| format!("changed at step {step}"))
             }
             Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
-            // Their reason says since when.
+            // The text of the reason includes the onset.
             Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
         };
-        // What an operator ordered is the news, not when the change was that came before.
+        // After an order the news is the order, not the onset of the earlier change.
         let began = began
             .filter(|_| transition.state() != FaultState::Normal && transition.order.is_none());
         let why = Some(reason(transition)).filter(|reason| !reason.is_empty());
@@ -142,7 +142,7 @@ impl EventLine {
             what: transition.state().to_string(),
             why: began.into_iter().chain(why).collect::<Vec<_>>().join("; "),
             tone: state_tone(transition.state()),
-            // A transition does not say how the component compares with its reference.
+            // A transition does not include the comparison with the reference.
             sign: if transition.state() == FaultState::Normal {
                 "unverified"
             } else {
@@ -166,13 +166,13 @@ pub struct Counts {
     pub tentative: usize,
     /// Changes that another component's fault explains.
     pub explained: usize,
-    /// Nothing is known of them.
+    /// Components whose state is unknown.
     pub unknown: usize,
-    /// Without a change.
+    /// Components without a change.
     pub normal: usize,
-    /// Those of the normal ones that agree with their reference.
+    /// Normal components that agree with their reference.
     pub verified: usize,
-    /// Those of any state whose alarm is shelved or suppressed.
+    /// Components in any state whose alarm is shelved or suppressed.
     pub set_aside: usize,
 }
 
@@ -198,7 +198,7 @@ impl Counts {
         counts
     }
 
-    /// All of them.
+    /// The number of all components.
     #[must_use]
     pub fn total(&self) -> usize {
         let Self {
@@ -237,7 +237,7 @@ impl Counts {
     }
 }
 
-/// Takes the state of a component unless it is older than what is known.
+/// Stores the state of a component unless a later one is stored.
 pub(super) fn enter(components: &mut Vec<FaultTransition>, state: FaultTransition) {
     match components.binary_search_by(|known| known.component.cmp(&state.component)) {
         Ok(place) if components[place].place() <= state.place() => components[place] = state,
@@ -246,7 +246,7 @@ pub(super) fn enter(components: &mut Vec<FaultTransition>, state: FaultTransitio
     }
 }
 
-/// Takes note that a message on the state of a component cannot be read.
+/// Records that a message about a component's state could not be read.
 pub(super) fn unreadable(
     components: &mut Vec<FaultTransition>,
     structure: StructureName,
@@ -262,15 +262,15 @@ pub(super) fn unreadable(
     }
 }
 
-/// Takes what kind of fault a component has.
+/// Stores the identified kind of a component's fault.
 pub(super) fn identify(components: &mut [FaultTransition], found: &Identification) {
     if let Some(known) = components.iter_mut().find(|known| known.component == found.component) {
         known.identification = Some(Box::new(found.clone()));
     }
 }
 
-/// Nothing is known of a component while its module does not monitor it, nor if the condition that comes with its state
-/// does not allow to call it normal. A diagnoser answers *unknown* then, but what a view shows does not rest on that.
+/// Marks a component as unknown while its module does not monitor it, or if its condition does not permit calling it
+/// normal. A diagnoser answers *unknown* then too, but views do not depend on that.
 pub(super) fn doubt(state: &mut FaultTransition, lack: Option<&Unknown>) {
     if state.state() == FaultState::Normal
         && let Some(unknown) = lack.cloned().or_else(|| unverifiable(state))
@@ -285,13 +285,13 @@ fn unverifiable(state: &FaultTransition) -> Option<Unknown> {
     Some(Unknown { since_unix_ns: state.time_unix_ns, reason })
 }
 
-/// The same of a module that does not answer: of a fault it is said, too.
+/// Marks a component of a module that does not answer as unknown, even if it has a fault.
 pub(super) fn silence(state: &mut FaultTransition, unknown: &Unknown) {
     *state = state.clone().while_unknown(unknown.clone());
 }
 
-/// Whether a freeze frame is of the fault that a component has. An acknowledgement is a transition of its own, on the same
-/// onset.
+/// Whether a freeze frame belongs to a component's present fault. An acknowledgement is a separate transition with the
+/// same onset.
 pub(crate) fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
     frame.component == found.component
         && frame.incarnation == found.incarnation
@@ -300,18 +300,18 @@ pub(crate) fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool 
         && frame.signals.sequence <= found.sequence
 }
 
-/// Run and step as of which it was found. An order has only its time: it comes long after the latest step, perhaps.
+/// Run and step as of which the state was found. An order has only a time: it may arrive long after the latest step.
 pub(super) fn found_at(transition: &FaultTransition) -> Option<(RunId, Step)> {
     let found = transition.run.zip(transition.decided_step);
     found.filter(|_| transition.order.is_none())
 }
 
-/// Whether nothing is known of it because its module does not monitor it.
+/// Whether the state is unknown because the module does not monitor the component.
 pub(super) fn is_unmonitored(state: &FaultTransition) -> bool {
     state.state() == FaultState::Unknown && state.unknown.is_some()
 }
 
-/// The alarms of all these components are suppressed: the suppression that ends first.
+/// If the alarms of all these components are suppressed, the suppression that ends first.
 pub(super) fn suppression(components: &[FaultTransition]) -> Option<&vocabulary::Shelving> {
     let suppressed = components.iter().map(|component| component.suppressed.as_ref());
     let suppressed: Option<Vec<_>> = suppressed.collect();

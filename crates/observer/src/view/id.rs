@@ -1,8 +1,8 @@
-//! What a row, a page or an order is about.
+//! Identifies the subject of a row, a page or an order.
 
 use vocabulary::{ComponentPath, FaultTransition, ModuleName, StructureName};
 
-/// A module; without a structure if it is only expected and it is not clear where.
+/// A module; without a structure if it is only expected and its structure is not known.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ModuleId {
     /// The structure.
@@ -21,7 +21,7 @@ pub struct ComponentId {
 }
 
 impl ComponentId {
-    /// Of this component.
+    /// The component of a state.
     #[must_use]
     pub fn of(state: &FaultTransition) -> Self {
         Self { structure: state.structure.clone(), component: state.component.clone() }
@@ -35,7 +35,7 @@ impl ComponentId {
     }
 }
 
-/// What a row is about.
+/// The subject of a row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RowId {
     /// A module.

@@ -1,4 +1,4 @@
-//! What modules' journals hold, merged, and what is missing from them.
+//! The journals of modules, merged, with their gaps.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -14,28 +14,28 @@ use super::component::found_at;
 use super::line::EventLine;
 use super::order::QueryError;
 
-/// What was read of a module's journal.
+/// The part of a module's journal that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleHistory {
     /// The structure.
     pub structure: StructureName,
     /// The module.
     pub module: ModuleName,
-    /// The first sequence number that was asked for.
+    /// The first sequence number requested.
     pub since: u64,
     /// Transitions in the order of their sequence numbers.
     pub transitions: Vec<FaultTransition>,
-    /// What was published of the kinds of the faults, those of each fault in their order.
+    /// Published identifications, those of each fault in order.
     pub identifications: Vec<Identification>,
     /// The lowest sequence number that the journal still held; `None` if it held none.
     pub first_sequence: Option<u64>,
-    /// The sequence number that the module's next transition will have; `None` if no page came.
+    /// The sequence number of the module's next transition; `None` if no page was received.
     pub next_sequence: Option<u64>,
-    /// Why reading ended before the journal did.
+    /// The error that ended reading early.
     pub broken_off: Option<QueryError>,
 }
 
-/// Sequence numbers that a journal should hold and does not.
+/// A range of sequence numbers missing from a journal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct HistoryGap {
     /// The first that is missing.
@@ -45,7 +45,7 @@ pub struct HistoryGap {
 }
 
 impl ModuleHistory {
-    /// Of which nothing was read yet.
+    /// A history of which no page was read yet.
     #[must_use]
     pub fn new(structure: &StructureName, module: &ModuleName, since: u64) -> Self {
         Self {
@@ -66,8 +66,8 @@ impl ModuleHistory {
         self.next_sequence.is_some()
     }
 
-    /// Sequence numbers that are missing. Those before the journal's first are no gap but were cut off; those after the
-    /// point where reading broke off are not known.
+    /// Missing ranges. Numbers before the journal's first were deleted by rotation and are not gaps; numbers after a
+    /// failed page are unknown.
     #[must_use]
     pub fn gaps(&self) -> Vec<HistoryGap> {
         let Some(first) = self.first_sequence else { return Vec::new() };
@@ -83,10 +83,10 @@ impl ModuleHistory {
         gaps
     }
 
-    /// Takes a page that was asked for from a sequence number on; returns where the next one begins, if there is one.
+    /// Adds a page that was requested from a sequence number on; returns the start of the next page, if any.
     ///
     /// # Errors
-    /// The page is another module's, or not what was asked for.
+    /// The page belongs to another module or does not match the request.
     pub fn take(&mut self, asked: u64, page: HistoryPage) -> Result<Option<u64>, QueryError> {
         let senseless = |what| Err(QueryError::Senseless(what));
         if page.structure != self.structure || page.module != self.module {
@@ -157,7 +157,7 @@ pub enum JournalEntry<'a> {
 }
 
 impl<'a> JournalEntry<'a> {
-    /// The component that it is about.
+    /// The component of the entry.
     #[must_use]
     pub fn component(&self) -> &'a ComponentPath {
         match self {
@@ -166,7 +166,7 @@ impl<'a> JournalEntry<'a> {
         }
     }
 
-    /// Its number, or that of the transition that it belongs to.
+    /// Its sequence number, or that of the transition that it belongs to.
     #[must_use]
     pub fn sequence(&self) -> u64 {
         match self {
@@ -175,7 +175,7 @@ impl<'a> JournalEntry<'a> {
         }
     }
 
-    /// When it was published \[ns since 1970\].
+    /// The time of publishing \[ns since 1970\].
     #[must_use]
     pub fn time_unix_ns(&self) -> u64 {
         match self {
@@ -184,7 +184,7 @@ impl<'a> JournalEntry<'a> {
         }
     }
 
-    /// The new state.
+    /// The new state, of a transition.
     #[must_use]
     pub fn state(&self) -> Option<FaultState> {
         match self {
@@ -193,7 +193,7 @@ impl<'a> JournalEntry<'a> {
         }
     }
 
-    /// In words.
+    /// The entry as a line of text.
     #[must_use]
     pub fn line(&self) -> EventLine {
         match self {
@@ -210,19 +210,19 @@ impl<'a> JournalEntry<'a> {
     }
 }
 
-/// The journals of several modules as one.
+/// The merged journals of several modules.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Journals<'a> {
-    /// Every entry, the earliest first. Those of a module stay in the order of their sequence numbers, even if its clock
-    /// was set back, and what kind of fault it is comes after the fault.
+    /// All entries, earliest first. Those of a module stay in the order of their sequence numbers, even if its clock
+    /// was set back; an identification follows its fault.
     pub entries: Vec<JournalEntry<'a>>,
-    /// Modules whose times contradict the order of their steps. If there are any, entries of one run are in the order of
-    /// their steps; otherwise all are in the order of their times.
+    /// Pairs of modules whose times contradict the order of their steps. If there are any, entries of one run are
+    /// sorted by step; otherwise all entries are sorted by time.
     pub contradictions: Vec<Contradiction<'a>>,
 }
 
 impl<'a> Journals<'a> {
-    /// Merges them.
+    /// Merges journals.
     pub fn merge(histories: impl IntoIterator<Item = &'a ModuleHistory>) -> Self {
         let histories: Vec<&ModuleHistory> = histories.into_iter().collect();
         let contradictions = contradictions(&histories);
@@ -236,7 +236,7 @@ impl<'a> Journals<'a> {
     }
 }
 
-/// An entry and its time, which is never before that of the one before it.
+/// An entry and its time, which is raised to that of its predecessor if it is earlier.
 type Dated<'a> = (u64, JournalEntry<'a>);
 
 fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
@@ -252,12 +252,13 @@ fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
         let declared = declared.get(&found.sequence).copied().unwrap_or_default();
         dated.push((found.time_unix_ns.max(declared), JournalEntry::Identification(found)));
     }
-    // Stable: what has the same time stays in order.
+    // A stable sort keeps the order of entries with the same time.
     dated.sort_by_key(|(time, _)| *time);
     dated.into()
 }
 
-/// Which module's next entry comes first: the earliest one, or that with the earliest step of the same run.
+/// The module whose next entry comes first: the one with the earliest time, or, with `by_steps`, with the earliest step
+/// of the same run.
 fn next(rest: &[VecDeque<Dated<'_>>], by_steps: bool) -> Option<usize> {
     let heads = || rest.iter().enumerate().filter_map(|(place, left)| Some((place, left.front()?)));
     let (place, (_, earliest)) = heads().min_by_key(|(_, (time, _))| *time)?;
@@ -269,19 +270,20 @@ fn next(rest: &[VecDeque<Dated<'_>>], by_steps: bool) -> Option<usize> {
     Some(heads().filter_map(of_run).min().map_or(place, |(_, _, place)| place))
 }
 
-/// Less than this may have other reasons, such as a decision that waited for a peer.
+/// Smaller differences may have other causes, such as a decision that waited for a peer.
 const AGREE_WITHIN: Duration = Duration::from_secs(2);
 
-/// A module whose times are later than those of another one, by the order of their steps. Displayed as a sentence.
+/// A module whose times are later than those of another module, judged by the order of their steps. Displayed as a
+/// sentence.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Contradiction<'a> {
     /// The structure.
     pub structure: &'a StructureName,
     /// The module whose clock is ahead.
     pub ahead: &'a ModuleName,
-    /// The other one.
+    /// The module whose clock is behind.
     pub behind: &'a ModuleName,
-    /// At least by this.
+    /// The smallest difference that explains the times.
     pub by: Duration,
 }
 
@@ -297,7 +299,7 @@ impl fmt::Display for Contradiction<'_> {
     }
 }
 
-/// Modules count the same steps, so what was decided at an earlier step should have the earlier time.
+/// Finds contradictions: modules count the same steps, so a decision at an earlier step should have the earlier time.
 fn contradictions<'a>(histories: &[&'a ModuleHistory]) -> Vec<Contradiction<'a>> {
     let pairs = histories.iter().flat_map(|a| histories.iter().map(move |b| (*a, *b)));
     let pairs = pairs.filter(|(a, b)| a.structure == b.structure && a.module != b.module);
@@ -309,7 +311,7 @@ fn contradictions<'a>(histories: &[&'a ModuleHistory]) -> Vec<Contradiction<'a>>
     pairs.filter_map(found).collect()
 }
 
-/// Run and step, and the time given for it \[ns since 1970\].
+/// A run, a step, and the time recorded for it \[ns since 1970\].
 type Point = (RunId, Step, u64);
 
 fn points(history: &ModuleHistory) -> Vec<Point> {
@@ -322,10 +324,10 @@ fn points(history: &ModuleHistory) -> Vec<Point> {
     points
 }
 
-/// By how much the first is later than the second at the most where its step is the earlier one.
+/// The largest difference by which the first module's time is later although its step is the earlier one.
 fn lead(first: &[Point], second: &[Point]) -> Option<Duration> {
     let mut later = second.iter().rev().peekable();
-    // Of the second, at later steps of the run at hand.
+    // The earliest time of the second module at later steps of the present run.
     let mut earliest: Option<(RunId, u64)> = None;
     let mut longest = None;
     for (run, step, time) in first.iter().rev() {

@@ -1,4 +1,4 @@
-//! An event as a line: when, where, what, why.
+//! An event on one line: time, place, event, reason.
 
 use vocabulary::words::{Tone, identified, phase_in_words, phase_tone, printable};
 use vocabulary::{ComponentPath, Identification, ModuleName, Step, StructureName};
@@ -8,30 +8,30 @@ use super::news::{News, ObservedEvent};
 /// An event, or an entry of a journal, in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventLine {
-    /// When it was published; of what has no time of its own, when it came \[ns since 1970\].
+    /// The time of publishing or, for an event without one, of arrival \[ns since 1970\].
     pub time_unix_ns: u64,
-    /// Where.
+    /// The structure.
     pub structure: Option<StructureName>,
-    /// The module, if it is about one.
+    /// The module, if the event is about one.
     pub module: Option<ModuleName>,
-    /// The component, if it is about one.
+    /// The component, if the event is about one.
     pub component: Option<ComponentPath>,
-    /// The component, the module or the plant; empty if it is about none of them.
+    /// The component, the module or the plant; empty for other events.
     pub who: String,
-    /// What happened, in a word or two.
+    /// The event in a word or two.
     pub what: String,
-    /// Why; may be empty.
+    /// The reason; may be empty.
     pub why: String,
-    /// How it is coloured.
+    /// Its colour.
     pub tone: Tone,
     /// The name of its sign.
     pub sign: &'static str,
-    /// As of which step it was found.
+    /// The step as of which it was found.
     pub step: Option<Step>,
 }
 
 impl EventLine {
-    /// An event.
+    /// The line of an event.
     #[must_use]
     pub fn of(event: &ObservedEvent) -> Self {
         let line = match &event.news {
@@ -77,7 +77,7 @@ impl EventLine {
         Self { time_unix_ns, ..line }
     }
 
-    /// What kind of fault a component has.
+    /// The line of an identification.
     #[must_use]
     pub fn of_identification(found: &Identification) -> Self {
         let what = if found.decided { "identified" } else { "not identified" };

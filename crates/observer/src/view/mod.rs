@@ -1,16 +1,16 @@
-//! The read model: what every view shows, as plain values. Neither a network nor a runtime is named here.
+//! The read model: everything that views show, as plain values, independent of the network and the async runtime.
 //!
 //! | file | what |
 //! |---|---|
-//! | `news` | what happens |
-//! | `structures` | what is known: news, statuses, states and the time go in |
-//! | `scene` | and come out as this: modules, components, the latest events |
+//! | `news` | events |
+//! | `structures` | builds the model from news, statuses, states and the time |
+//! | `scene` | the model at one moment: modules, components, the latest events |
 //! | `component`, `module` | a component and a module as every view shows them |
-//! | `id` | which component or module it is |
-//! | `row`, `alarms` | what is urgent, and whether all is well |
-//! | `line` | an event, or an entry of a journal, as a line |
-//! | `journal` | what modules' journals hold, merged, and what is missing from them |
-//! | `order` | a command, and how it ended |
+//! | `id` | identifies a component or a module |
+//! | `row`, `alarms` | ranks alarms, and decides whether all is well |
+//! | `line` | an event, or an entry of a journal, on one line |
+//! | `journal` | merged journals with their gaps |
+//! | `order` | a command and its outcome |
 
 mod alarms;
 mod component;

@@ -13,18 +13,18 @@ use super::id::ModuleId;
 use super::line::sign;
 use super::row::{DetectionFacts, StateRow, Urgency};
 
-/// What is known of a module. Nothing in it is called normal that is not known to be.
+/// What is known of a module. Anything in doubt is shown as unknown, never as normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleView {
-    /// The structure; `None` if the module is only expected and it is not clear where.
+    /// The structure; `None` if the module is only expected and its structure is not known.
     pub structure: Option<StructureName>,
     /// The module.
     pub module: ModuleName,
-    /// Whether its liveliness token is there.
+    /// Whether its liveliness token exists.
     pub present: bool,
     /// Whether the caller expects it.
     pub expected: bool,
-    /// Modules that name it as their peer.
+    /// Modules that list it as their peer.
     pub peer_of: BTreeSet<ModuleName>,
     /// Its latest status.
     pub status: Option<ModuleStatus>,
@@ -32,18 +32,18 @@ pub struct ModuleView {
     pub phase_change: Option<PhaseChange>,
     /// The latest transition of each of its components, by name.
     pub components: Vec<FaultTransition>,
-    /// The processes that answered the latest question: one, unless several run as this module.
+    /// The processes that answered the latest query: more than one if several run as this module.
     pub processes: BTreeSet<String>,
-    /// Those that have answered the question that is under way.
+    /// Those that answered the query in progress.
     pub answering: BTreeSet<String>,
-    /// When its latest message came, by the clock here \[ns since 1970\]; 0 if none has.
+    /// When its latest message arrived, by the local clock \[ns since 1970\]; 0 without any.
     pub heard_unix_ns: u64,
-    /// Whether no message has come for longer than a module is ever quiet.
+    /// Whether it has sent no message for longer than a running module ever pauses.
     pub is_silent: bool,
 }
 
 impl ModuleView {
-    /// A module of which nothing is known.
+    /// A module that has not been heard yet.
     #[must_use]
     pub fn new(structure: Option<StructureName>, module: ModuleName) -> Self {
         Self {
@@ -62,19 +62,19 @@ impl ModuleView {
         }
     }
 
-    /// Structure and name.
+    /// Its structure and name.
     #[must_use]
     pub fn id(&self) -> ModuleId {
         ModuleId { structure: self.structure.clone(), module: self.module.clone() }
     }
 
-    /// Whether it reports the states of its components. If not, nothing is known of them.
+    /// Whether it reports the states of its components. Otherwise they are unknown.
     #[must_use]
     pub fn answers(&self) -> bool {
         !self.is_silent && !self.components.is_empty()
     }
 
-    /// Its phase, by whichever message is the later one.
+    /// Its phase according to its latest message.
     #[must_use]
     pub fn phase(&self) -> Option<ModulePhase> {
         let reported = self.status.as_ref().map(|status| (status.time_unix_ns, status.phase));
@@ -82,32 +82,32 @@ impl ModuleView {
         reported.into_iter().chain(changed).max_by_key(|(time, _)| *time).map(|(_, phase)| phase)
     }
 
-    /// The change that led to its phase, if that is known.
+    /// The change that led to its present phase, if known.
     #[must_use]
     pub fn latest_phase_change(&self) -> Option<&PhaseChange> {
         self.phase_change.as_ref().filter(|change| Some(change.phase) == self.phase())
     }
 
-    /// Whether what it reports of its components holds now.
+    /// Whether the states that it reports are valid now.
     #[must_use]
     pub fn is_in_service(&self) -> bool {
         self.answers() && self.phase() == Some(ModulePhase::InService)
     }
 
-    /// Whether several processes run as this module: several answered, or one of them knows of another.
+    /// Whether several processes run as this module: several answered, or one of them reported another.
     #[must_use]
     pub fn has_several_processes(&self) -> bool {
         self.processes.len() > 1
             || self.status.as_ref().is_some_and(|status| status.another_process)
     }
 
-    /// Its components by state.
+    /// Counts its components by state.
     #[must_use]
     pub fn counts(&self) -> Counts {
         Counts::of(&self.components)
     }
 
-    /// If the alarms of all its components are suppressed, since it is maintained: the suppression that ends first.
+    /// If the alarms of all its components are suppressed for maintenance, the suppression that ends first.
     #[must_use]
     pub fn suppression(&self) -> Option<&Shelving> {
         component::suppression(&self.components)
@@ -123,7 +123,7 @@ impl ModuleView {
         }
     }
 
-    /// How its condition is coloured.
+    /// The colour of its condition.
     #[must_use]
     pub fn tone(&self) -> Tone {
         let is_written = self.journal().is_none_or(|journal| !journal.is_failing);
@@ -133,19 +133,20 @@ impl ModuleView {
         self.phase().map_or(Tone::Doubt, phase_tone)
     }
 
-    /// Its latest status, unless that is of the past.
+    /// Its latest status, unless that is outdated.
     #[must_use]
     pub fn present_status(&self) -> Option<&ModuleStatus> {
         self.status.as_ref().filter(|_| !self.is_silent)
     }
 
-    /// From the publishing of a sample to its diagnosis. Between clocks that differ, no time is measured.
+    /// The delay from the publishing of a sample to its diagnosis; `None` if the clocks of publisher and diagnoser
+    /// differ.
     #[must_use]
     pub fn lag(&self) -> Option<String> {
         self.timed().and_then(|status| status.lag_ms).map(span)
     }
 
-    /// The age of its latest sample, under the same condition.
+    /// The age of its latest sample; `None` under the same condition.
     #[must_use]
     pub fn sample_age(&self) -> Option<String> {
         self.timed().and_then(|status| status.sample_age_ms).map(span)
@@ -155,13 +156,13 @@ impl ModuleView {
         self.present_status().filter(|status| status.clock_difference().is_none())
     }
 
-    /// Its journal, as far as it reports.
+    /// The health of its journal, if reported.
     #[must_use]
     pub fn journal(&self) -> Option<JournalHealth> {
         self.present_status().map(|status| JournalHealth::of(&status.journal))
     }
 
-    /// What there is to say about it beside its condition, the journal apart.
+    /// Remarks beyond its condition and its journal.
     #[must_use]
     pub fn remarks(&self) -> String {
         let mut remarks = Vec::new();
@@ -195,7 +196,7 @@ impl ModuleView {
         remarks.join("; ")
     }
 
-    /// Since when it does not answer, or how it is known that it should.
+    /// Since when it has not answered, or why it should be running.
     fn why_missed(&self) -> Option<String> {
         let namers: Vec<&str> = self.peer_of.iter().map(ModuleName::as_str).collect();
         if self.is_silent && self.heard_unix_ns > 0 {
@@ -211,7 +212,7 @@ impl ModuleView {
         }
     }
 
-    /// The row of a module whose verdicts are missing or cannot be relied on.
+    /// The row of a module whose verdicts are missing or unreliable.
     #[must_use]
     pub fn row(&self) -> Option<StateRow> {
         let is_failing = |journal: &JournalHealth| journal.is_failing;
@@ -264,12 +265,12 @@ impl ModuleView {
         })
     }
 
-    /// Whether nothing is known of this component because the module is not in service.
+    /// Whether this component is unknown because the module is out of service.
     pub(super) fn covers(&self, state: &FaultTransition) -> bool {
         !self.is_in_service() && component::is_unmonitored(state)
     }
 
-    /// Nothing is called normal that is not known to be.
+    /// Marks components in doubt as unknown.
     pub(super) fn doubt(&mut self) {
         if self.is_silent {
             let reason = "its diagnoser is not heard".to_owned();
@@ -281,7 +282,7 @@ impl ModuleView {
         self.components.iter_mut().for_each(|state| component::doubt(state, lack.as_ref()));
     }
 
-    /// Since when and why it does not monitor its components, by what it reports of itself.
+    /// Since when and why it does not monitor its components, according to its own reports.
     fn lack(&self) -> Option<Unknown> {
         let phase = self.phase().filter(|phase| *phase != ModulePhase::InService)?;
         let change = self.latest_phase_change();
@@ -294,19 +295,19 @@ impl ModuleView {
     }
 }
 
-/// Whether a module's journal can be relied on. Displayed as `ok`, `none` or what is wrong.
+/// Whether a module's journal is reliable. Displayed as `ok`, `none` or the problems.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JournalHealth {
-    /// Whether there is one.
+    /// Whether the module keeps a journal.
     pub is_kept: bool,
-    /// Whether nothing can be written at present.
+    /// Whether writing fails at present.
     pub is_failing: bool,
-    /// Everything that is wrong, in words.
+    /// All problems, in words.
     pub problems: Vec<String>,
 }
 
 impl JournalHealth {
-    /// As a module reports it.
+    /// Evaluates a reported status.
     #[must_use]
     pub fn of(journal: &JournalStatus) -> Self {
         let counts =
@@ -322,7 +323,7 @@ impl JournalHealth {
         }
     }
 
-    /// Whether nothing is wrong with it.
+    /// Whether there are no problems.
     #[must_use]
     pub fn is_ok(&self) -> bool {
         self.problems.is_empty()

@@ -1,36 +1,36 @@
-//! What happens, as it is published.
+//! Events, as modules and processes publish them.
 
 use serde::Serialize;
 use vocabulary::{FaultTransition, Identification, ModuleName, PhaseChange, StructureName};
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "news", rename_all = "snake_case")]
 pub enum News {
-    /// A verdict changed. Those of a module come in the order of their numbers, each once.
+    /// A verdict changed. Verdicts of a module are handed out once each, in the order of their sequence numbers.
     Fault(Box<FaultTransition>),
-    /// What kind of fault a component has turned out to have.
+    /// The kind of a component's fault was identified.
     Identification(Box<Identification>),
     /// A module entered another phase.
     Phase(PhaseChange),
-    /// A process came or went.
+    /// A process appeared or disappeared.
     Presence {
         /// The structure.
         structure: StructureName,
         /// The module, or `plant`.
         who: String,
-        /// Came, or went.
+        /// Whether it appeared.
         there: bool,
     },
-    /// A diagnoser knows of another process that runs as the same module.
+    /// A diagnoser reports another process that runs as the same module.
     SeveralProcesses {
         /// The structure.
         structure: StructureName,
         /// The module.
         module: ModuleName,
     },
-    /// Transitions of a module were missed and could not be fetched from its journal. They may still come unless a later
-    /// one has.
+    /// Transitions of a module were missed and could not be fetched from its journal. They may still arrive unless a
+    /// later one has been handed out.
     Missed {
         /// The structure.
         structure: StructureName,
@@ -50,20 +50,20 @@ pub enum News {
         /// What is wrong with it.
         problem: String,
     },
-    /// Events were lost because they were not taken in time.
+    /// Events were lost because the queue was full.
     Lost {
         /// How many.
         count: u64,
     },
 }
 
-/// Something that happened, with a number that counts the events of one observer from 1.
+/// An event with a number; each observer counts from 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedEvent {
     /// Its number.
     pub number: u64,
-    /// When it came, by the clock here \[ns since 1970\].
+    /// When it arrived, by the local clock \[ns since 1970\].
     pub time_unix_ns: u64,
-    /// What happened.
+    /// The event.
     pub news: News,
 }

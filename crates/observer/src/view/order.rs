@@ -1,4 +1,4 @@
-//! A command to a module, and how a question or a command ended.
+//! A command to a module, and the outcomes of questions and commands.
 
 use std::time::Duration;
 
@@ -8,23 +8,23 @@ use vocabulary::{
     FaultState, Key, ModuleName, Obeyed, OperatorName, Order, OrderKind, StructureName, Topic,
 };
 
-/// Why a question or an order did not end with an answer that one can use.
+/// Why a question or an order did not get a usable answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum QueryError {
     /// Refused; nothing was changed.
     #[error("refused: {0}")]
     Refused(String),
-    /// No answer in time; perhaps there is no such process, perhaps a command was carried out.
+    /// No answer in time: there may be no such process, or a command may have been carried out.
     #[error("no answer within {0:?}")]
     Unanswered(Duration),
-    /// The network ended a command at once, without an answer: no process takes commands on its key, access control does
-    /// not admit it, or the process that took it has just ended.
+    /// Zenoh ended the command at once without an answer: no process accepts commands on its key, access control denies
+    /// it, or the process that accepted it has just stopped.
     #[error("no process accepted the command")]
     Untaken,
-    /// The question was not put, for this reason.
+    /// The question was not sent, for this reason.
     #[error("{0}")]
     NotAsked(String),
-    /// The answer makes no sense, or the question could not be put.
+    /// The answer is invalid, or the question could not be encoded.
     #[error("invalid answer: {0}")]
     Senseless(String),
 }
@@ -36,17 +36,17 @@ pub struct OrderRequest {
     pub structure: StructureName,
     /// The module.
     pub module: ModuleName,
-    /// What is ordered.
+    /// The kind of order.
     pub kind: OrderKind,
-    /// The operator whose certificate the session shows: access control admits no other to his keys. Without one the
-    /// message itself says who it is.
+    /// The operator in the session's certificate: access control denies commands on the keys of other operators.
+    /// Without a certificate the message names the issuer.
     pub operator: Option<OperatorName>,
     /// The message.
     pub order: Order,
 }
 
 impl OrderRequest {
-    /// Where it is sent.
+    /// The key that it is sent on.
     pub(crate) fn key(&self) -> Key {
         let topic = match &self.operator {
             Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
@@ -55,7 +55,7 @@ impl OrderRequest {
         Key::of_module(&self.structure, &self.module, topic)
     }
 
-    /// The component or the module that it is about.
+    /// The component or module that it is about.
     #[must_use]
     pub fn subject(&self) -> String {
         let Self { module, order, .. } = self;
@@ -66,7 +66,7 @@ impl OrderRequest {
     }
 }
 
-/// How a command to a module ended.
+/// The outcome of a command to a module.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[serde(tag = "outcome", rename_all = "snake_case")]
 pub enum OrderOutcome {
@@ -122,13 +122,13 @@ impl OrderOutcome {
         matches!(self, Self::Obeyed { durable: true, .. })
     }
 
-    /// How it is coloured.
+    /// Its colour.
     #[must_use]
     pub fn tone(&self) -> Tone {
         if self.is_done() { Tone::Calm } else { Tone::Alarm }
     }
 
-    /// In words: of a command of this kind about this component or module.
+    /// The outcome in words, for a command of this kind about this component or module.
     #[must_use]
     pub fn words(&self, kind: OrderKind, subject: &str) -> String {
         let words = match self {

@@ -1,95 +1,95 @@
-//! A row of a list: a component or a module, how it is, and why.
+//! A row of a list: the state of a component or a module, with the reason.
 
 use vocabulary::words::Tone;
 use vocabulary::{ComponentPath, ModuleName, RunId, Step, StructureName};
 
 use super::id::{ComponentId, ModuleId, RowId};
 
-/// From what needs attention most to what needs none.
+/// The urgency of a row, highest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Urgency {
     /// A fault that no operator has acknowledged.
     Latched,
-    /// A module whose verdicts are missing or cannot be relied on.
+    /// A module whose verdicts are missing or unreliable.
     Unreliable,
-    /// Perhaps a fault.
+    /// A possible fault.
     Unconfirmed,
-    /// It is not known whether it is healthy.
+    /// A component in an unknown state.
     Unknown,
     /// A fault that an operator has acknowledged.
     Acknowledged,
-    /// Any of these, but its alarm is shelved or suppressed.
+    /// Any of these with a shelved or suppressed alarm.
     SetAside,
-    /// It changed, and what explains that is known.
+    /// A change that another component's fault explains.
     Explained,
-    /// It changed a moment ago.
+    /// A change that is not judged yet.
     Tentative,
-    /// Nothing.
+    /// Normal.
     Normal,
 }
 
 impl Urgency {
-    /// Whether an operator has to do something about it now.
+    /// Whether an operator has to act now.
     #[must_use]
     pub fn needs_attention(self) -> bool {
         self < Urgency::SetAside
     }
 }
 
-/// A component or a module, and how it is.
+/// A component or a module, and its state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateRow {
-    /// None if the module is only expected and it is not clear where.
+    /// `None` if the module is only expected and its structure is not known.
     pub structure: Option<StructureName>,
     /// The module.
     pub module: ModuleName,
-    /// None if the row is about the module.
+    /// `None` if the row is about the module.
     pub component: Option<ComponentPath>,
-    /// How much attention it needs.
+    /// Its urgency.
     pub urgency: Urgency,
-    /// How its state is coloured.
+    /// The colour of its state.
     pub tone: Tone,
-    /// The name of the sign of its state.
+    /// The name of the sign for its state.
     pub sign: &'static str,
     /// Its state in words.
     pub state: String,
     /// Whether its alarm is shelved or suppressed.
     pub is_set_aside: bool,
-    /// Whether the row of its module says the same.
+    /// Whether the row of its module states the same.
     pub is_covered: bool,
-    /// Since when it is so \[ns since 1970\], if that is known.
+    /// Since when it has been in this state \[ns since 1970\], if known.
     pub since_unix_ns: Option<u64>,
-    /// What kind of fault it is; of a module, what is not known of its components. May be empty.
+    /// The kind of its fault; for a module, what is unknown about its components. May be empty.
     pub kind: String,
-    /// Why; may be empty.
+    /// The reason; may be empty.
     pub why: String,
-    /// Of a module, its components of which nothing is known for this reason.
+    /// For a module, its components that are unknown for this reason.
     pub unknown: Vec<ComponentPath>,
-    /// Of a component, what was measured.
+    /// For a component, the measurements.
     pub measured: DetectionFacts,
 }
 
-/// What was measured of a component, and when it was decided upon.
+/// Measurements of a component, and the step of the decision.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct DetectionFacts {
-    /// The run that the steps are counted in.
+    /// The run that the steps belong to.
     pub run: Option<RunId>,
-    /// Since when it has been changing.
+    /// The onset of the change.
     pub onset_step: Option<Step>,
     /// When the divergence reached its threshold.
     pub detection_step: Option<Step>,
-    /// As of which step the state was found.
+    /// The step as of which the state was found.
     pub decided_step: Option<Step>,
     /// The residual at the detection, with its unit.
     pub residual: Option<String>,
     /// The divergence at the detection, in thresholds.
     pub divergence: Option<String>,
-    /// How it compares with its reference.
+    /// The comparison with its reference.
     pub reference: Option<String>,
 }
 
 impl StateRow {
-    /// What was measured of it, by name.
+    /// The measurements by name.
     #[must_use]
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let DetectionFacts { run, onset_step, detection_step, decided_step, .. } = &self.measured;
@@ -106,7 +106,7 @@ impl StateRow {
         facts.into_iter().filter_map(|(name, fact)| Some((name, fact?))).collect()
     }
 
-    /// What it is about.
+    /// The subject of the row.
     #[must_use]
     pub fn id(&self) -> RowId {
         match (&self.structure, &self.component) {
@@ -121,7 +121,7 @@ impl StateRow {
         }
     }
 
-    /// The component or the module.
+    /// The name of the component or the module.
     #[must_use]
     pub fn name(&self) -> String {
         self.component.as_ref().map_or_else(|| self.module.to_string(), ToString::to_string)

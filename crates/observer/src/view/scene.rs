@@ -1,4 +1,4 @@
-//! What is known at one moment.
+//! The observed structures at one moment.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -10,36 +10,36 @@ use super::id::{ComponentId, ModuleId};
 use super::module::ModuleView;
 use super::news::ObservedEvent;
 
-/// Whether there is a network.
+/// The state of the network connection.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub enum NetworkState {
     /// A session is being opened.
     #[default]
     Opening,
-    /// There is a session. Whether any module answers over it, the modules show.
+    /// The session is open. Whether modules answer over it is up to their views.
     Open,
-    /// No session could be opened, for this reason; it is retried.
+    /// Opening a session failed for this reason; it is retried.
     Failed(String),
     /// The session has ended.
     Closed,
 }
 
-/// What is known at one moment. Nothing in it is called normal that is not known to be.
+/// The observed structures at one moment. Anything in doubt is shown as unknown, never as normal.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Scene {
     /// Grows with every change.
     pub number: u64,
-    /// When it was made, by the clock here \[ns since 1970\].
+    /// When it was made, by the local clock \[ns since 1970\].
     pub time_unix_ns: u64,
-    /// Whether there is a network.
+    /// The network connection.
     pub network: NetworkState,
-    /// Whether modules were asked for the states of their components and may still answer.
+    /// Whether a query for the states of components is pending.
     pub is_asking: bool,
     /// The modules, by structure and name.
     pub modules: Vec<ModuleView>,
     /// The latest events, oldest first.
     pub events: VecDeque<Arc<ObservedEvent>>,
-    /// Refusals, and messages that could not be read, the latest last.
+    /// Refusals and messages that could not be read, the latest last.
     pub problems: VecDeque<String>,
 }
 
@@ -67,7 +67,7 @@ impl Scene {
         self.component(Some(&id.structure), &id.component)
     }
 
-    /// What is known of this module.
+    /// This module.
     #[must_use]
     pub fn view_of(&self, id: &ModuleId) -> Option<&ModuleView> {
         self.module(id.structure.as_ref(), &id.module)
@@ -87,19 +87,19 @@ impl Scene {
         self.modules.iter().find(is_meant)
     }
 
-    /// The modules of each structure. Modules that are only expected belong to none yet.
+    /// The modules of each structure. Modules that are only expected belong to no structure yet.
     pub fn structures(&self) -> impl Iterator<Item = &[ModuleView]> {
         self.modules.chunk_by(|a, b| a.structure == b.structure)
     }
 
-    /// Whether any module sent anything.
+    /// Whether any module has sent a message.
     #[must_use]
     pub fn has_heard_a_module(&self) -> bool {
         let is_heard = |module: &ModuleView| module.present || module.heard_unix_ns > 0;
         self.modules.iter().any(is_heard)
     }
 
-    /// All of it in a sentence, which never says that all is well.
+    /// A summary in one sentence; never a statement that all is well.
     #[must_use]
     pub fn summary(&self) -> String {
         if self.modules.is_empty() {

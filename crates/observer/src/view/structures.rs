@@ -1,4 +1,4 @@
-//! What is known of all structures, by what was heard and when: events and the time go in, a [`Scene`] comes out.
+//! Builds a [`Scene`] from events, messages and the time.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use super::module::ModuleView;
 use super::news::{News, ObservedEvent};
 use super::scene::{NetworkState, Scene};
 
-/// A status comes once a second; after this time without any message a module is silent.
+/// A status arrives every second; a module without any message for this long is silent.
 const SILENT_AFTER: Duration = Duration::from_secs(3);
-/// Events and problems that are kept.
+/// Events and problems kept for the scene.
 const EVENTS: usize = 500;
 const PROBLEMS: usize = 20;
 
-/// Everything that is known.
+/// Everything known about the observed structures.
 #[derive(Debug, Default)]
 pub struct Structures {
     modules: BTreeMap<(Option<StructureName>, ModuleName), ModuleView>,
@@ -32,7 +32,7 @@ pub struct Structures {
 }
 
 impl Structures {
-    /// Modules that are expected stay in the scene, heard or not.
+    /// Starts without messages. Expected modules stay in the scene whether or not they are running.
     #[must_use]
     pub fn new(structure: Option<&StructureName>, expected: Vec<ModuleName>) -> Self {
         let mut structures = Self::default();
@@ -44,12 +44,12 @@ impl Structures {
         structures
     }
 
-    /// The network is like this now.
+    /// Records the state of the network connection.
     pub fn network(&mut self, state: NetworkState) {
         self.network = state;
     }
 
-    /// Takes something that happened; returns it with its number and time.
+    /// Records an event; returns it with its number and time.
     pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<ObservedEvent> {
         match &news {
             News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
@@ -62,7 +62,7 @@ impl Structures {
                 (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
             }
             News::Presence { structure, who, there } => {
-                // The plant has a token too, and is no module.
+                // The plant has a liveliness token but is not a module.
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
                 {
@@ -82,7 +82,7 @@ impl Structures {
         event
     }
 
-    /// Takes a status.
+    /// Records a status.
     pub fn status(&mut self, status: ModuleStatus, now_unix_ns: u64) {
         for peer in &status.peers {
             let named = self.module(&status.structure, &peer.module);
@@ -92,8 +92,8 @@ impl Structures {
         (view.heard_unix_ns, view.status) = (now_unix_ns, Some(status));
     }
 
-    /// Takes the state of a component: as it was published, or as a process answered. What is older than what is known is
-    /// passed over.
+    /// Records the state of a component, from a published transition or a process's answer. A state older than the
+    /// recorded one is ignored.
     pub fn state(&mut self, state: FaultTransition, process: Option<String>, now_unix_ns: u64) {
         let module = self.module(&state.structure, &state.module);
         module.heard_unix_ns = now_unix_ns;
@@ -101,8 +101,8 @@ impl Structures {
         component::enter(&mut module.components, state);
     }
 
-    /// Takes a message or an answer that cannot be read. If it is about the state of a component, whether that is normal is
-    /// unknown until one that can be read follows.
+    /// Records a message or an answer that could not be read. If it is about the state of a component, that component
+    /// is unknown until a readable one follows.
     pub fn unreadable(&mut self, key: &str, problem: &str, now_unix_ns: u64) {
         if let Ok(Key::Module { structure, module, topic: Topic::Fault(component) }) = key.parse() {
             let reason = format!("its state cannot be read: {problem}");
@@ -117,19 +117,19 @@ impl Structures {
         }
     }
 
-    /// A question was refused, or a message could not be read.
+    /// Records a refusal or a message that could not be read.
     pub fn problem(&mut self, problem: String) {
         if !self.problems.contains(&problem) {
             keep(&mut self.problems, problem, PROBLEMS);
         }
     }
 
-    /// All modules are asked for the states of their components.
+    /// A query for the states of all components was sent.
     pub fn asked(&mut self) {
         self.is_asking = true;
     }
 
-    /// No more answers come to that question.
+    /// No more answers to that query will arrive.
     pub fn answered(&mut self) {
         self.is_asking = false;
         for module in self.modules.values_mut() {
@@ -138,7 +138,7 @@ impl Structures {
     }
 
     fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut ModuleView {
-        // An expected module of no certain structure is this one.
+        // An expected module whose structure was not known turned out to be this one.
         if let Some(mut known) = self.modules.remove(&(None, module.clone())) {
             known.structure = Some(structure.clone());
             self.modules.insert((Some(structure.clone()), module.clone()), known);
@@ -149,7 +149,7 @@ impl Structures {
         })
     }
 
-    /// What is known now.
+    /// The scene at this moment.
     #[must_use]
     pub fn scene(&self, number: u64, now_unix_ns: u64) -> Scene {
         let structures: BTreeSet<_> =
@@ -159,7 +159,7 @@ impl Structures {
             let quiet_ns = u128::from(now_unix_ns.saturating_sub(view.heard_unix_ns));
             view.is_silent = quiet_ns >= SILENT_AFTER.as_nanos();
             view.doubt();
-            // A module that was not seen is one of the only structure.
+            // A module that was not seen is assigned to the only structure.
             if view.structure.is_none() && structures.len() == 1 {
                 view.structure = structures.first().copied().cloned();
             }

@@ -3,7 +3,7 @@
 use super::parameters::HydraulicParameters;
 use super::spool::Spool;
 
-/// What is wrong with one actuator.
+/// The state of one actuator.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) enum ActuatorState {
     #[default]
@@ -19,7 +19,7 @@ pub(crate) enum ActuatorState {
     Sticking(Spool),
 }
 
-/// The constants of eq. 8–11 as the integration needs them.
+/// The constants of eq. 8–11 in the form used by the integration.
 #[derive(Debug, Clone)]
 pub(super) struct Cylinder {
     area: [f64; 2],
@@ -29,7 +29,7 @@ pub(super) struct Cylinder {
     supply: f64,
     tank: f64,
     ambient: f64,
-    /// Lowest pressure that can be reached.
+    /// Lowest possible pressure.
     floor: f64,
     /// Square of a port's flow over the pressure across it \[m⁶/s² per Pa\].
     valve_square: f64,
@@ -76,12 +76,12 @@ impl Cylinder {
         let k4 = self.rates(after(k3, step), target, state);
         std::array::from_fn(|chamber| {
             let rate = k1[chamber] + 2.0 * (k2[chamber] + k3[chamber]) + k4[chamber];
-            // Ports and leaks close on the way to these bounds; only rounding could pass them.
+            // Ports and leaks close towards these bounds; only rounding could exceed them.
             (p[chamber] + step / 6.0 * rate).clamp(self.floor, self.supply)
         })
     }
 
-    /// The flow that the force control commands \[m³/s\].
+    /// The flow commanded by the force control \[m³/s\].
     #[inline]
     pub(super) fn command(&self, [a, b]: [f64; 2], target: f64) -> f64 {
         self.gain * (target - (a * self.area[0] - b * self.area[1]))
@@ -110,7 +110,7 @@ impl Cylinder {
         [self.stiffness[0] * flows[0], self.stiffness[1] * flows[1]]
     }
 
-    /// Flow into a chamber \[m³/s\]: what is commanded, as far as its inlet or outlet lets it pass.
+    /// Flow into a chamber \[m³/s\]: the command, limited by its inlet or outlet.
     #[inline]
     fn port(&self, command: f64, pressure: f64) -> f64 {
         let across = if command > 0.0 { self.supply - pressure } else { pressure - self.tank };
@@ -123,7 +123,7 @@ impl Cylinder {
         }
     }
 
-    /// Flow into a chamber through a closed valve, from the supply less to the tank \[m³/s\].
+    /// Net flow into a chamber through a closed valve: from the supply, minus that to the tank \[m³/s\].
     fn null_flow(&self, pressure: f64) -> f64 {
         let root = |across: f64| (self.null_square * across.max(0.0)).sqrt();
         root(self.supply - pressure) - root(pressure - self.tank)

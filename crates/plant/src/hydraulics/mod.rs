@@ -7,18 +7,17 @@
 //!   one from its chamber to the environment
 //! - force control: q = K_P (u − F). For q > 0 oil enters A and leaves B, for q < 0 the reverse.
 //!   Each port passes at most q_max √(Δp / (p_supply − p_tank)), Δp being the pressure across it.
-//! - a closed valve lets some oil from the supply into each chamber and from there into the tank
+//! - a closed valve leaks some oil from the supply into each chamber, and from there into the tank
 //! - hard-over: A's inlet is fully open and its outlet shut; B stays under control.
-//! - stiction: the valve's spool follows q once per step, by jumps, if it follows at all.
+//! - stiction: the valve's spool follows q once per step, in jumps, if at all.
 //!
-//! F in the force control comes from the *measured* pressures, sampled once per step: the noise of
-//! the sample stays in the loop until the next. Within its flow limits the force then follows
-//! Ḟ = (u − F) / τ with 1/τ = K_P β (A_A/V_A + A_B/V_B), see
-//! [`HydraulicParameters::time_constant_s`].
+//! F in the force control is computed from the *measured* pressures, sampled once per step: the noise of a sample
+//! remains in the loop until the next. Within its flow limits the force then follows Ḟ = (u − F) / τ with 1/τ = K_P β
+//! (A_A/V_A + A_B/V_B), see [`HydraulicParameters::time_constant_s`].
 //!
-//! Pressures are integrated by Runge–Kutta of fourth order in sub-steps. At a vanishing pressure
-//! difference the square root of a leak is infinitely steep; there it is replaced by the straight
-//! line (laminar flow) that the sub-step can still follow.
+//! Pressures are integrated with the fourth-order Runge–Kutta method in sub-steps. At zero pressure difference the
+//! square root of a leak is infinitely steep; there it is replaced by a straight line (laminar flow) that the sub-step
+//! can resolve.
 
 mod cylinder;
 mod parameters;
@@ -40,7 +39,7 @@ pub(crate) struct Hydraulics {
 }
 
 impl Hydraulics {
-    /// Healthy actuators that give the forces \[N\].
+    /// Healthy actuators that exert these forces \[N\].
     pub(crate) fn new(parameters: &HydraulicParameters, step_s: f64, forces_n: &[f64]) -> Self {
         let substep_s = step_s / parameters.substeps as f64;
         Self {
@@ -64,8 +63,8 @@ impl Hydraulics {
         }
     }
 
-    /// Puts an actuator into a state. Back to healthy is a repair: oil is refilled to the pressures
-    /// that belong to the present force, so that the force does not jump.
+    /// Sets the state of an actuator. A change back to healthy is a repair: oil is refilled to the pressures of the
+    /// present force, so that the force does not jump.
     pub(crate) fn set(&mut self, actuator: usize, state: ActuatorState) {
         let places = self.pressures_pa.get_mut(actuator).zip(self.states.get_mut(actuator));
         if let Some((pressures, present)) = places {
@@ -76,8 +75,8 @@ impl Hydraulics {
         }
     }
 
-    /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force
-    /// that each force control measures during the step \[N\].
+    /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force measured by each
+    /// force control during the step \[N\].
     pub(crate) fn step(&mut self, demands_n: &[f64], noise_n: &[f64]) {
         let actuators = self.pressures_pa.iter_mut().zip(&mut self.states);
         for ((pressures, state), (demand, noise)) in actuators.zip(demands_n.iter().zip(noise_n)) {

@@ -1,11 +1,10 @@
-//! What describes the actuators, and what follows from it in closed form.
+//! The parameters of the actuators, and quantities derived in closed form.
 
 use serde::{Deserialize, Serialize};
 
 use crate::check::Checks;
 
-/// The actuators: all alike. Marks: \[S\] from publications on the demonstrator, \[E\] engineering
-/// estimate.
+/// The actuators, which are all alike. Marks: \[S\] from publications on the demonstrator, \[E\] engineering estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HydraulicParameters {
@@ -35,14 +34,14 @@ pub struct HydraulicParameters {
     pub valve_flow_m3_per_s: f64,
     /// Gain of the force control, K_P \[m³/s per N\]: 6.7e-9, about 10 ms \[E\].
     pub force_gain_m3_per_s_per_n: f64,
-    /// Demands are limited to ± this \[N\]: 120e3 \[E\].
+    /// Limit of demands in both directions, ± \[N\]: 120e3 \[E\].
     pub demand_limit_n: f64,
     /// Standard deviation of the pressure measurements' noise \[Pa\]: 1e4, about 163 N \[E\].
     pub pressure_noise_pa: f64,
-    /// How far each pressure sensor drifts in a day, ± \[Pa\]: 0.
+    /// Drift of each pressure sensor in a day, ± \[Pa\]: 0.
     pub pressure_drift_pa: f64,
-    /// What a closed valve lets from the supply into each chamber and from there into the tank, at the full pressure
-    /// drop \[m³/s\]: 0. A worn spool valve has some percent of its flow.
+    /// Flow through a closed valve from the supply into each chamber, and from there into the tank, at the full
+    /// pressure drop \[m³/s\]: 0. For a worn spool valve it is a few percent of the valve's flow.
     pub null_flow_m3_per_s: f64,
     /// Integration sub-steps per step: 1; the force control is ten times slower than a step.
     pub substeps: usize,
@@ -87,8 +86,8 @@ impl HydraulicParameters {
         1.0 / (self.force_gain_m3_per_s_per_n * per_flow)
     }
 
-    /// Pressures of a healthy actuator, started from rest, that gives this force \[Pa\]. Where closed valves let oil
-    /// through, it sets them; else they follow from the oil that was filled in.
+    /// Pressures of a healthy actuator, started from rest, that exerts this force \[Pa\]. If closed valves leak, the
+    /// leakage determines them; otherwise the oil filled in does.
     #[must_use]
     pub fn pressures_at(&self, force_n: f64) -> [f64; 2] {
         if self.null_flow_m3_per_s > 0.0 {
@@ -100,7 +99,7 @@ impl HydraulicParameters {
         [self.rest_a_pa + volume * self.stiffness_a(), self.rest_b_pa - volume * self.stiffness_b()]
     }
 
-    /// What flows into a chamber through a closed valve \[m³/s\].
+    /// Net flow into a chamber through a closed valve \[m³/s\].
     fn null_flow(&self, pressure_pa: f64) -> f64 {
         let full = self.supply_pa - self.tank_pa;
         let root = |across: f64| (across.max(0.0) / full).sqrt();
@@ -108,8 +107,8 @@ impl HydraulicParameters {
         self.null_flow_m3_per_s * flows
     }
 
-    /// The pressures at which as much flows into one chamber as out of the other: the force control takes from the
-    /// one what it gives to the other.
+    /// The pressures at which the net flows into the chambers cancel: the force control moves oil from one chamber to
+    /// the other.
     fn pressures_of_null_flow(&self, force_n: f64) -> [f64; 2] {
         let with_b = |b: f64| {
             let a = (force_n + b * self.area_b_m2) / self.area_a_m2;
@@ -124,12 +123,12 @@ impl HydraulicParameters {
         with_b(0.5 * (low + high))
     }
 
-    /// Pressure per volume of oil put into chamber A \[Pa/m³\].
+    /// Pressure per volume of oil added to chamber A \[Pa/m³\].
     pub(super) fn stiffness_a(&self) -> f64 {
         self.bulk_modulus_pa / self.volume_a_m3
     }
 
-    /// Pressure per volume of oil put into chamber B \[Pa/m³\].
+    /// Pressure per volume of oil added to chamber B \[Pa/m³\].
     pub(super) fn stiffness_b(&self) -> f64 {
         self.bulk_modulus_pa / self.volume_b_m3
     }

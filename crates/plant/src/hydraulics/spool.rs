@@ -1,24 +1,24 @@
 //! The spool of a valve that sticks.
 
-/// Where a sticking spool is, as the flow that it lets pass within the limits of the ports.
+/// The position of a sticking spool, expressed as the flow that it passes within the limits of the ports.
 ///
-/// Friction holds it until the flow that is commanded differs from its own by more than a band; then it breaks
-/// loose and moves to the command. The command is sampled once per step, as the force is measured.
+/// Friction holds the spool until the commanded flow differs from its own by more than a band; then it breaks loose and
+/// moves to the command. The command is sampled once per step, as is the force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Spool {
-    /// \[m³/s\]
+    /// The largest difference between command and flow at which friction holds the spool \[m³/s\].
     band: f64,
-    /// \[m³/s\]; none before the first step, in which it is where the command is.
+    /// The flow \[m³/s\]; `None` before the first step, in which the spool moves to the command.
     flow: Option<f64>,
 }
 
 impl Spool {
-    /// One that begins to stick where the next command puts it; band \[m³/s\].
+    /// A spool that starts to stick at the next command; band \[m³/s\].
     pub(crate) fn new(band: f64) -> Self {
         Self { band, flow: None }
     }
 
-    /// Takes the command of a step \[m³/s\].
+    /// Processes the command of a step \[m³/s\].
     pub(super) fn follow(&mut self, command: f64) {
         let held = self.flow.is_some_and(|flow| (command - flow).abs() <= self.band);
         if !held {
@@ -26,7 +26,7 @@ impl Spool {
         }
     }
 
-    /// The flow that it lets pass \[m³/s\].
+    /// The flow that the spool passes \[m³/s\].
     pub(super) fn flow(&self) -> f64 {
         self.flow.unwrap_or_default()
     }

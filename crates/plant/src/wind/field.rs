@@ -1,18 +1,18 @@
-//! Gusts at every level, without end.
+//! Gusts at every level, of unlimited duration.
 //!
 //! Each level's gusts are a sum of some hundred sines (spectral representation, M. Shinozuka and
 //! G. Deodatis, Applied Mechanics Reviews 44(4), 1991). The frequencies are spread logarithmically
 //! and jittered within their bands, so the sum does not repeat; each line carries the whole power
 //! of its band, in closed form.
 //!
-//! Coherence: for one line, the complex amplitudes of the levels from the bottom up are
-//! w₁ = e₁, wᵢ = ρ wᵢ₋₁ + √(1 − ρ²) eᵢ, with eᵢ random phases and ρ Davenport's root coherence of
-//! the two neighbours. This is the Cholesky factor of the cross-spectral matrix whose coherence is
-//! the product of the neighbours' ones; written out it needs no matrix and cannot fail. Between
-//! levels further apart it differs from Davenport's formula only in how the speeds are averaged.
+//! Coherence: for one line, the complex amplitudes of the levels from the bottom up are w₁ = e₁,
+//! wᵢ = ρ wᵢ₋₁ + √(1 − ρ²) eᵢ, with eᵢ random phases and ρ Davenport's root coherence of the two neighbours. This is the
+//! Cholesky factor of the cross-spectral matrix whose coherence is the product of those of neighbours; in closed form it
+//! needs no matrix and cannot fail. Between levels further apart it differs from Davenport's formula only in how the
+//! speeds are averaged.
 //!
-//! Running it: one phasor per line turns by a fixed angle from instant to instant and is put back
-//! onto the unit circle each time, so its size neither decays nor grows.
+//! Evaluation: one phasor per line rotates by a fixed angle per instant and is normalised to the unit circle each time,
+//! so its magnitude neither decays nor grows.
 
 use std::f64::consts::TAU;
 
@@ -101,10 +101,10 @@ impl GustField {
         self.levels
     }
 
-    /// Writes the gusts of this instant \[m/s\] and moves on to the next.
+    /// Writes the gusts of this instant \[m/s\] and advances to the next.
     ///
-    /// `out`: longitudinal gusts of all levels from the bottom up, then the lateral ones; entries
-    /// beyond twice the number of levels are left alone.
+    /// `out`: longitudinal gusts of all levels from the bottom up, then the lateral ones; entries beyond twice the
+    /// number of levels are not changed.
     pub fn next(&mut self, out: &mut [f64]) {
         let signals = 2 * self.levels;
         out.iter_mut().take(signals).for_each(|value| *value = 0.0);
@@ -123,7 +123,7 @@ impl GustField {
     }
 }
 
-/// Turns a phasor and puts it back onto the unit circle (one step of Newton's inverse root).
+/// Rotates a phasor and normalises it to the unit circle (one step of Newton's inverse root).
 fn turned([cosine, sine]: [f64; 2], [turn_cosine, turn_sine]: [f64; 2]) -> [f64; 2] {
     let real = cosine * turn_cosine - sine * turn_sine;
     let imaginary = sine * turn_cosine + cosine * turn_sine;
@@ -146,14 +146,14 @@ fn neighbour_coherences(
     std::iter::once(0.0).chain(with_below).collect()
 }
 
-/// A line of the spectrum, which stands for a band of frequencies; the bands of all lines are a geometric series.
+/// A line of the spectrum, which represents a band of frequencies; the bands of all lines form a geometric series.
 #[derive(Debug, Clone, Copy)]
 struct SpectralLine {
-    /// Somewhere in the band.
+    /// A frequency in the band.
     frequency_hz: f64,
     low_hz: f64,
     high_hz: f64,
-    /// The band takes all power below as well.
+    /// Whether the band includes all power below it.
     first: bool,
 }
 
@@ -168,7 +168,7 @@ impl SpectralLine {
         Self { frequency_hz, low_hz, high_hz, first: number == 0 }
     }
 
-    /// Share of the variance that this line carries at a height.
+    /// Share of the variance of this line at a height.
     fn share(&self, wind: &WindParameters, base_speed: f64, height_m: f64) -> f64 {
         let speed = mean_speed(wind, base_speed, height_m);
         let spectrum = GustSpectrum { time_scale_s: turbulence_length(wind, height_m) / speed };

@@ -1,4 +1,4 @@
-//! What describes the wind. Marks as in the tower's figures: \[N\] norm, \[E\] engineering estimate.
+//! The parameters of the wind. Marks as in the tower's figures: \[N\] norm, \[E\] engineering estimate.
 
 use serde::{Deserialize, Serialize};
 
@@ -62,7 +62,7 @@ impl BaseSpeed {
 pub struct WindParameters {
     /// Base wind speed; drawn from U(8, 14) m/s \[E\].
     pub base_speed: BaseSpeed,
-    /// Where the wind blows to, from the x axis towards y \[°\]; drawn uniformly if absent \[E\].
+    /// The direction that the wind blows to, from the x axis towards y \[°\]; drawn uniformly if absent \[E\].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
     /// Roughness length z₀ \[m\]: 0.3, suburban terrain \[N: EN 1991-1-4, category III\].
@@ -83,7 +83,7 @@ pub struct WindParameters {
     pub air_density_kg_per_m3: f64,
     /// Frequency lines of the turbulence: 200 \[E\].
     pub lines: usize,
-    /// Lowest frequency \[Hz\]: 0.002; the power below it sits in the first line \[E\].
+    /// Lowest frequency \[Hz\]: 0.002; the first line includes the power below it \[E\].
     pub lowest_frequency_hz: f64,
     /// Highest frequency \[Hz\]: 10 \[E\].
     pub highest_frequency_hz: f64,

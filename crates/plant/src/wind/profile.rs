@@ -34,14 +34,14 @@ pub fn turbulence_length(wind: &WindParameters, height_m: f64) -> f64 {
     wind.turbulence_length_m * (height / 200.0).powf(wind.turbulence_length_exponent)
 }
 
-/// The base speed over a run: what was drawn, or the list of points.
+/// The base speed over a run: the drawn value, or the list of points.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct SpeedOverTime {
     points: Vec<[f64; 2]>,
 }
 
 impl SpeedOverTime {
-    /// Takes `drawn`, from 0 to 1, as the place within the range if the speed is to be drawn.
+    /// If the speed is to be drawn, `drawn` from 0 to 1 selects the value within the range.
     pub(crate) fn new(base_speed: &BaseSpeed, drawn: f64) -> Self {
         let points = match base_speed {
             BaseSpeed::Drawn { from_m_per_s: from, to_m_per_s: to } => {
@@ -58,7 +58,7 @@ impl SpeedOverTime {
         self.points.iter().map(|[_, speed]| *speed).fold(0.0, f64::max)
     }
 
-    /// The base speed at a time \[s\] \[m/s\]; 0 if there is no point.
+    /// The base speed at a time \[s\] \[m/s\]; 0 without points.
     pub(crate) fn at(&self, time_s: f64) -> f64 {
         let after = self.points.partition_point(|[time, _]| *time <= time_s);
         let next = self.points.get(after);

@@ -1,4 +1,4 @@
-//! How the power of the gusts spreads over frequency, and how it is shared between levels.
+//! The distribution of the gusts' power over frequency, and its coherence between levels.
 //!
 //! EN 1991-1-4, B.1: n S(n) / σ² = 6.8 f / (1 + 10.2 f)^(5/3) with f = n L / v. Its integral from 0
 //! to n has the closed form 1 − (1 + 10.2 f)^(−2/3), so the power of a band needs no quadrature.

@@ -1,4 +1,4 @@
-//! Where a process serves its health.
+//! The address for health requests.
 
 use std::net::SocketAddr;
 use std::path::Path;
@@ -28,7 +28,7 @@ pub struct HealthFlags {
 }
 
 impl HealthSettings {
-    /// The address, if there is to be one.
+    /// The address, if one is configured.
     #[must_use]
     pub fn address(
         &self,
@@ -42,7 +42,7 @@ impl HealthSettings {
 }
 
 impl HealthFlags {
-    /// The address that the flag names, which goes before the file's.
+    /// The address from the flag, which overrides the configuration.
     #[must_use]
     pub fn address_or(
         &self,

@@ -1,36 +1,36 @@
-//! Well or not, and the text that reports it.
+//! Healthy or not, and the text of the report.
 
 use std::time::Duration;
 
 use crate::supervision::{OPENING, STOPPING, Sign};
 
-/// A loop without progress for this long hangs: the watchdog timeout of the shipped units.
+/// A loop without progress for this long is considered hung: the watchdog timeout of the shipped units.
 const TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Well or not, and why.
+/// Healthy or not, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Condition {
-    /// Well?
+    /// Whether it is healthy.
     pub well: bool,
-    /// Why, for people.
+    /// The reason, for people.
     pub words: String,
 }
 
 impl Condition {
-    /// It is well.
+    /// A healthy condition.
     #[must_use]
     pub fn well(words: impl Into<String>) -> Self {
         Self { well: true, words: words.into() }
     }
 
-    /// It is not.
+    /// An unhealthy condition.
     #[must_use]
     pub fn unwell(words: impl Into<String>) -> Self {
         Self { well: false, words: words.into() }
     }
 }
 
-/// Whether a loop with this latest heartbeat is alive.
+/// The liveness of a loop with this latest heartbeat.
 #[must_use]
 pub fn live(sign: Sign) -> Condition {
     match sign {

@@ -1,16 +1,15 @@
-//! Health and metrics over HTTP, on an address that is given for it; without one there is nothing of this.
+//! Health and metrics over HTTP, served only if an address is configured.
 //!
 //! | file | job |
 //! |---|---|
-//! | `condition` | well or not, and why: `/healthz` and `/readyz` |
-//! | `sheet` | `/metrics`: one metric after the other, in the text format of OpenMetrics |
+//! | `condition` | healthy or not, and why: `/healthz` and `/readyz` |
+//! | `sheet` | `/metrics`: writes metrics in the text format of OpenMetrics |
 //! | `process` | the metrics of every process |
-//! | `address` | where to serve, from file and flags |
-//! | `server` | HTTP, on a thread of its own, for a few at a time |
-//! | `probe` | the same from outside, for containers without `curl` |
+//! | `address` | the address from file and flags |
+//! | `server` | HTTP on a separate thread, for a limited number of clients |
+//! | `probe` | the client side, for containers without `curl` |
 //!
-//! Requests are served from published state: nothing here queries the diagnosis, and no client can
-//! hold it up.
+//! Requests are answered from published state: they never query the diagnosis, and clients cannot delay it.
 
 mod address;
 mod condition;

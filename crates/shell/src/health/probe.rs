@@ -1,4 +1,4 @@
-//! The same from outside: one question, one answer.
+//! Sends one health request and reads the answer.
 
 use std::time::Duration;
 
@@ -13,15 +13,15 @@ use vocabulary::printable;
 
 use super::condition::Condition;
 
-/// Longest answer that is read.
+/// Longest answer read, in bytes.
 const LONGEST_BODY: usize = 4096;
 
-/// What is asked.
+/// The request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProbeKind {
-    /// Is its loop live?
+    /// Liveness.
     Live,
-    /// Is it ready?
+    /// Readiness.
     Ready,
 }
 
@@ -34,41 +34,41 @@ impl ProbeKind {
     }
 }
 
-/// Why the process did not answer.
+/// Why the process did not give a usable answer.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ProbeError {
-    /// No process listens there, or the connection broke.
+    /// No process listens at the address, or the connection failed.
     #[error("{address}: {reason}")]
     Connection {
-        /// Where.
+        /// The address.
         address: String,
-        /// Why.
+        /// The cause.
         reason: String,
     },
-    /// Not in time.
+    /// No answer in time.
     #[error("{address}: no answer within {timeout:?}")]
     Silent {
-        /// Where.
+        /// The address.
         address: String,
-        /// How long was waited.
+        /// The timeout.
         timeout: Duration,
     },
     /// Another program listens there.
     #[error("{address}: answers {status} on {path}; use the address that `[health]` names")]
     Foreign {
-        /// Where.
+        /// The address.
         address: String,
-        /// What was asked.
+        /// The requested path.
         path: &'static str,
-        /// The answer.
+        /// The status of the answer.
         status: u16,
     },
 }
 
-/// Asks the process that serves its health at `address`, a `HOST:PORT`.
+/// Asks the process that serves health at `address`, a `HOST:PORT`.
 ///
 /// # Errors
-/// No answer, or one of another program.
+/// The process did not answer, or another program answered.
 pub async fn probe(
     address: &str,
     kind: ProbeKind,
@@ -105,7 +105,7 @@ async fn get(address: &str, path: &str) -> Result<(StatusCode, String), Broken> 
         Ok((status, String::from_utf8_lossy(&body.to_bytes()).into_owned()))
     };
     tokio::pin!(exchange);
-    // The exchange goes on only as long as the connection is attended to.
+    // The exchange progresses only while the connection is polled.
     tokio::select! {
         biased;
         done = &mut exchange => done,

@@ -1,4 +1,4 @@
-//! What every process counts.
+//! Metrics common to all processes.
 
 use std::fmt;
 use std::time::Duration;
@@ -13,27 +13,27 @@ use crate::supervision::Sign;
 
 const STATUS: &str = "/proc/self/status";
 
-/// What the process itself uses, and whether its loop is live.
+/// The resource use of the process, and its liveness.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProcessReport {
     /// The loop's latest heartbeat.
     pub sign: Sign,
-    /// Processor time of all threads \[s\]; `None` where the system does not report it.
+    /// Processor time of all threads \[s\]; `None` if the system does not report it.
     pub processor_s: Option<f64>,
-    /// Memory in use, shared with others or not \[bytes\]; `None` where the system does not report it.
+    /// Resident memory, including shared pages \[bytes\]; `None` if the system does not report it.
     pub resident_bytes: Option<u64>,
 }
 
 impl ProcessReport {
-    /// As the system reports it now.
+    /// Reads the present values from the system.
     pub fn read(sign: Sign) -> Self {
         Self { sign, processor_s: processor_s(), resident_bytes: resident_bytes() }
     }
 
-    /// Writes it down.
+    /// Writes the metrics.
     ///
     /// # Errors
-    /// A metric that cannot be written.
+    /// A metric cannot be written.
     pub fn write(&self, sheet: &mut Sheet<'_>) -> fmt::Result {
         let version = ("version", env!("CARGO_PKG_VERSION"));
         sheet.info("trusswatch_build", "The software.", version)?;

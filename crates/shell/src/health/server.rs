@@ -1,5 +1,4 @@
-//! HTTP, on a thread of its own with a runtime of its own: however many ask, and however slowly, the
-//! diagnosis has its own threads.
+//! HTTP on a separate thread and runtime, so that many or slow clients do not affect the diagnosis.
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -20,16 +19,15 @@ use tokio::sync::{Semaphore, oneshot};
 
 use super::condition::Condition;
 
-/// Connections at a time; further ones wait.
+/// Most connections at a time; further ones wait.
 const CONNECTIONS: usize = 64;
-/// A client whose request has not come by then is disconnected, so that silent clients do not keep
-/// others out for long.
+/// Timeout for receiving a request, so that silent clients do not occupy connections for long.
 const REQUEST_WITHIN: Duration = Duration::from_secs(1);
-/// A connection is for one request, and for no longer than this.
+/// Longest duration of a connection, which serves one request.
 const LONGEST: Duration = Duration::from_secs(3);
-/// From one connection to the next: a flood of them gets no more than 200 answers a second.
+/// Pause between connections: a flood of them gets at most 200 answers a second.
 const PAUSE: Duration = Duration::from_millis(5);
-/// Longest request line with its header.
+/// Longest request line with headers, in bytes.
 const LONGEST_HEAD: usize = 8192;
 
 const LIVE: &str = "/healthz";
@@ -38,38 +36,38 @@ const METRICS: &str = "/metrics";
 const TEXT: &str = "text/plain; charset=utf-8";
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// Whose health it is.
+/// A process that reports its health.
 pub trait Subject: Send + Sync + 'static {
-    /// Is its loop live?
+    /// Its liveness.
     fn live(&self) -> Condition;
-    /// Is it ready?
+    /// Its readiness.
     fn ready(&self) -> Condition;
-    /// Everything that it counts, in the text format of OpenMetrics.
+    /// Its metrics, in the text format of OpenMetrics.
     ///
     /// # Errors
-    /// A metric that cannot be written.
+    /// A metric cannot be written.
     fn metrics(&self) -> Result<String, std::fmt::Error>;
 }
 
-/// Someone else has the address for health, or it is not here.
+/// The address for health is in use, or does not belong to this machine.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("health cannot be served on {address}: {reason}; free the port or choose another address")]
 pub struct HealthAddressError {
     /// The address.
     pub address: SocketAddr,
-    /// Why.
+    /// The cause.
     pub reason: String,
 }
 
-/// An address that is taken, before there is anything to serve on it.
+/// A bound address that is not served yet.
 #[derive(Debug)]
 pub struct Listening(Option<TcpListener>);
 
 impl Listening {
-    /// Takes the address, if one is given.
+    /// Binds the address, if one is given.
     ///
     /// # Errors
-    /// Someone else has it, or it is not here.
+    /// It is in use, or does not belong to this machine.
     pub fn on(address: Option<SocketAddr>) -> Result<Self, HealthAddressError> {
         let Some(address) = address else { return Ok(Self(None)) };
         let refused =
@@ -79,10 +77,10 @@ impl Listening {
         Ok(Self(Some(listener)))
     }
 
-    /// Begins to serve. Without an address there is nothing to serve.
+    /// Starts serving; without an address, does nothing.
     ///
     /// # Errors
-    /// No thread or no runtime can be had.
+    /// A thread or a runtime cannot be created.
     pub fn serve(self, subject: impl Subject) -> std::io::Result<Option<Server>> {
         self.0.map(|listener| Server::start(listener, Arc::new(subject))).transpose()
     }
@@ -121,7 +119,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        // Without the sender the thread ends, at its next await.
+        // When the sender is dropped, the thread ends at its next await.
         drop(self.end.take());
         if self.thread.take().is_some_and(|thread| thread.join().is_err()) {
             tracing::error!("the thread that serves health has failed");
@@ -147,7 +145,7 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
-/// `axum::serve` has neither these limits nor these timeouts.
+/// A replacement for `axum::serve`, which has neither these limits nor these timeouts.
 async fn attend(stream: TcpStream, router: Router) {
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())

@@ -1,4 +1,4 @@
-//! One metric after the other, in the text format of OpenMetrics.
+//! Writes metrics in the text format of OpenMetrics.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -12,10 +12,10 @@ use prometheus_client::metrics::counter::ConstCounter;
 use prometheus_client::metrics::gauge::ConstGauge;
 use prometheus_client::registry::{Registry, Unit};
 
-/// What is written on.
+/// The encoder for metrics.
 pub struct Sheet<'a>(DescriptorEncoder<'a>);
 
-/// Writes a whole sheet; every line gets these labels.
+/// Renders all metrics; every line gets these labels.
 pub fn render(
     labels: Vec<(&'static str, String)>,
     write: impl Fn(&mut Sheet<'_>) -> fmt::Result + Send + Sync + 'static,
@@ -28,7 +28,7 @@ pub fn render(
     Ok(text)
 }
 
-/// Gives the library's writer to a function.
+/// Passes the library's encoder to a function.
 struct MetricsCollector<F>(F);
 
 impl<F> fmt::Debug for MetricsCollector<F> {
@@ -47,38 +47,38 @@ where
 }
 
 impl Sheet<'_> {
-    /// A number that goes up and down.
+    /// A gauge.
     pub fn gauge(&mut self, name: &str, help: &str, value: impl EncodeGaugeValue) -> fmt::Result {
         self.0.encode_descriptor(name, help, None, MetricType::Gauge)?.encode_gauge(&value)
     }
 
-    /// A size \[bytes\].
+    /// A gauge of a size \[bytes\].
     pub fn bytes(&mut self, name: &str, help: &str, bytes: u64) -> fmt::Result {
         let unit = Some(&Unit::Bytes);
         self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?.encode_gauge(&bytes)
     }
 
-    /// A time \[s\]; nothing at all while there is none.
+    /// A gauge of a time \[s\]; omitted while the value is missing.
     pub fn seconds(&mut self, name: &str, help: &str, time_s: Option<f64>) -> fmt::Result {
         let Some(time_s) = time_s.filter(|time_s| time_s.is_finite()) else { return Ok(()) };
         let unit = Some(&Unit::Seconds);
         self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?.encode_gauge(&time_s)
     }
 
-    /// A number that only grows as long as the process lives.
+    /// A counter, which starts at 0 with the process.
     pub fn counter(&mut self, name: &str, help: &str, count: u64) -> fmt::Result {
         let encoder = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;
         ConstCounter::new(count).encode(encoder)
     }
 
-    /// A time that only grows as long as the process lives \[s\].
+    /// A counter of seconds, which starts at 0 with the process \[s\].
     pub fn counted_seconds(&mut self, name: &str, help: &str, time_s: f64) -> fmt::Result {
         let unit = Some(&Unit::Seconds);
         let encoder = self.0.encode_descriptor(name, help, unit, MetricType::Counter)?;
         ConstCounter::new(time_s).encode(encoder)
     }
 
-    /// Words that belong to the process.
+    /// Constant text about the process.
     pub fn info(&mut self, name: &str, help: &str, label: (&str, &str)) -> fmt::Result {
         self.0.encode_descriptor(name, help, None, MetricType::Info)?.encode_info(&[label])
     }

@@ -1,4 +1,4 @@
-//! The journal of systemd.
+//! Logging to the systemd journal.
 
 use std::fs::File;
 use std::io;
@@ -9,13 +9,13 @@ use tracing_journald::{Priority, PriorityMappings};
 
 use super::rewriting::{Rewriting, with_fields_in_text};
 
-/// Device and inode of the stream that leads to the journal, set by the service manager.
+/// Device and inode of the stream connected to the journal, set by the service manager.
 const VARIABLE: &str = "JOURNAL_STREAM";
 /// `journalctl TRUSSWATCH_COMPONENT=module1/sensor/g2`: the prefix marks fields of trusswatch.
 const PREFIX: &str = "TRUSSWATCH";
 
-/// Is standard error a stream to the journal? The variable alone does not show it: a process that inherits
-/// it may have redirected the stream.
+/// Whether standard error is a stream to the journal. The variable alone does not prove it: a process that inherits it
+/// may have redirected the stream.
 pub(super) fn is_connected() -> bool {
     let Ok(named) = std::env::var(VARIABLE) else { return false };
     standard_error_stream().is_ok_and(|stream| stream == named)
@@ -27,10 +27,10 @@ fn standard_error_stream() -> io::Result<String> {
     Ok(format!("{}:{}", stream.dev(), stream.ino()))
 }
 
-/// The way to the journal.
+/// The layer that writes to the journal.
 ///
 /// # Errors
-/// No journal listens there.
+/// The journal is not available.
 pub(super) fn layer() -> io::Result<Rewriting<tracing_journald::Layer>> {
     let layer = tracing_journald::layer()?
         .with_field_prefix(Some(PREFIX.to_owned()))
@@ -38,7 +38,7 @@ pub(super) fn layer() -> io::Result<Rewriting<tracing_journald::Layer>> {
     Ok(Rewriting(layer, with_fields_in_text))
 }
 
-/// Every level is the priority of that name.
+/// Maps each level to the priority of the same name.
 fn priorities() -> PriorityMappings {
     PriorityMappings {
         error: Priority::Error,

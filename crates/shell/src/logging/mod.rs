@@ -1,5 +1,5 @@
-//! Logs, filtered by the environment: to the journal if a service manager has connected the process to
-//! it, with every field as a field of its own; else as text to standard error.
+//! Logging, filtered by an environment variable: to the journal with structured fields if a service manager connected
+//! the process to it, otherwise as text to standard error.
 
 mod journal;
 mod refusals;
@@ -19,7 +19,7 @@ const DEFAULT_FILTER: &str = "info,zenoh=error";
 
 type Sink = Box<dyn Layer<Registry> + Send + Sync>;
 
-/// Starts logging. An invalid filter is replaced by the default with a warning.
+/// Starts logging. An invalid filter is replaced by the default, with a warning.
 pub fn start() {
     let wanted = std::env::var(FILTER_VARIABLE).unwrap_or_else(|_| DEFAULT_FILTER.to_owned());
     let (filter, problem) = match EnvFilter::try_new(&wanted) {
@@ -27,7 +27,7 @@ pub fn start() {
         Err(error) => (EnvFilter::new(DEFAULT_FILTER), Some(error)),
     };
     let (sink, no_journal) = sink();
-    // Fails only if logging was started before, and then there is nothing to do.
+    // Fails only if logging was started before, in which case nothing is left to do.
     let _ = tracing_subscriber::registry()
         .with(sink.with_filter(filter))
         .with(refusals::layer())
@@ -42,7 +42,7 @@ pub fn start() {
     }
 }
 
-/// Where logs go; and why not to the journal, if they should.
+/// The destination of logs; and, if the journal was expected but is not available, the error.
 fn sink() -> (Sink, Option<std::io::Error>) {
     if !journal::is_connected() {
         return (standard_error(), None);

@@ -1,17 +1,16 @@
 //! Logs clients refused by TLS and access control.
 //!
-//! Zenoh reports them in its own log only: refused connections with a misleading hint, refused messages
-//! among the traces of all accepted ones. Here they are extracted and logged as warnings, each once a
-//! minute.
+//! Zenoh reports them only in its own log: refused connections with a misleading hint, refused messages among the
+//! traces of all accepted ones. This module extracts them and logs them as warnings, each at most once a minute.
 //!
-//! This reads the words of Zenoh 1.10.2, whose version is pinned, for it reports refusals in no other way:
-//! its access control counts nothing, calls nothing back, is in no part of the admin space, and no other
-//! interceptor can be added. Other words would end these warnings silently, if the system tests `security`
-//! and `fleet` did not wait for them in the logs of real routers and peers.
+//! It parses the log messages of Zenoh 1.10.2, whose version is pinned, because Zenoh reports refusals in no other way:
+//! its access control has no counters, no callbacks and no place in the admin space, and other interceptors cannot be
+//! added. A change of its messages would silently end these warnings, were it not that the system tests `security` and
+//! `fleet` wait for them in the logs of real routers and peers.
 //!
-//! Access control judges a key expression for every kind of message as soon as it is declared, long
-//! before a message comes; only judgements of an actual message are logged. They come in a
-//! row after the line `caching permissions`, on the same thread.
+//! Access control evaluates a declared key expression for every kind of message at once, long before any message
+//! arrives; only evaluations of an actual message are logged. The former follow the line `caching permissions` on the
+//! same thread.
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
@@ -31,16 +30,16 @@ use tracing_subscriber::registry::LookupSpan;
 
 use crate::occurrences::Occurrences;
 
-/// Where Zenoh judges messages.
+/// The module of Zenoh that evaluates messages.
 const ACCESS_CONTROL: &str = "zenoh::net::routing::interceptor::access_control";
-/// Where Zenoh accepts TLS connections.
+/// The crate that accepts TLS connections.
 const TLS: &str = "zenoh_link_tls";
-/// Where Zenoh connects to others.
+/// The module of Zenoh that opens connections.
 const CONNECTING: &str = "zenoh::net::runtime::orchestrator";
 
-/// Different refusals that are remembered; a flood of ever new ones forgets the older ones.
+/// Most distinct refusals remembered; in a flood of new ones the oldest are forgotten.
 const REMEMBERED: usize = 256;
-/// Refusals that may wait to be logged. More are dropped.
+/// Capacity of the queue of refusals to be logged; more are dropped.
 const WAITING: usize = 256;
 
 /// The layer that logs refusals.
@@ -49,7 +48,7 @@ where
     S: Subscriber + for<'a> LookupSpan<'a>,
 {
     let (sender, receiver) = sync_channel(WAITING);
-    // Without the thread no refusal is logged, and the process has greater problems.
+    // Without the thread refusals are not logged; a process that cannot start a thread has greater problems.
     let _ = std::thread::Builder::new().name("refusals".into()).spawn(move || log(&receiver));
     let interesting = Targets::new()
         .with_target(ACCESS_CONTROL, LevelFilter::TRACE)
@@ -75,19 +74,19 @@ impl<S: Subscriber> Layer<S> for RefusalLayer {
             failed_connection(&words_of(event))
         };
         if let Some(refusal) = refusal {
-            // A flood must not hold up the network.
+            // Dropped if full, because a flood must not delay the network.
             let _ = self.sender.try_send(refusal);
         }
     }
 }
 
-/// The text of an event.
+/// The text of a log event.
 struct Words(String);
 
 impl Visit for Words {
     fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
         if field.name() == "message" {
-            // Writing to a text does not fail.
+            // Writing to a string does not fail.
             let _ = write!(self.0, "{value:?}");
         }
     }
@@ -99,13 +98,13 @@ fn words_of(event: &Event<'_>) -> String {
     words.0
 }
 
-/// By which common name each of those who were refused something is known.
+/// The common name of each client that was refused.
 #[derive(Default)]
 struct Names(HashMap<String, String>);
 
 impl Names {
-    /// `ZID on INTERFACE+CertCommonName(NAME)+PROTOCOL+ZID`, or the first of these if the rest was logged
-    /// before.
+    /// The common name of a client logged as `ZID on INTERFACE+CertCommonName(NAME)+PROTOCOL+ZID`, or as the ZID alone
+    /// if the rest was logged before.
     fn of(&mut self, who: &str) -> String {
         let Some((id, subject)) = who.split_once(" on ") else {
             return self.0.get(who).cloned().unwrap_or_else(|| who.to_owned());
@@ -125,12 +124,12 @@ thread_local! {
     static JUDGEMENTS: RefCell<Judgements> = RefCell::default();
 }
 
-/// What the judgements on one thread are about.
+/// The context of the evaluations logged on one thread.
 #[derive(Default)]
 struct Judgements {
-    /// The key expression that is being judged before any message has come.
+    /// The key expression being evaluated in advance of any message.
     ahead: Option<String>,
-    /// Places in Zenoh's source that say only what was allowed. They log every message that passes.
+    /// Call sites in Zenoh that only report permitted messages. They log every message.
     allowing: HashSet<Identifier>,
 }
 
@@ -165,27 +164,27 @@ impl Judgements {
         if !ahead || words.contains(" to Declare Liveliness Subscriber (") {
             self.ahead = None;
         }
-        // Keeps the name of a client refused ahead for when a message comes.
+        // Also records the name of a client refused in advance, for refusals of its messages.
         let refusal = refused(words, names);
         if ahead { None } else { refusal }
     }
 }
 
-/// `WHO is unauthorized to WHAT (ingress) on KEY`. What is not let out (egress) was not attempted by a client.
+/// Parses `WHO is unauthorized to WHAT (ingress) on KEY`. A refusal on egress is not an attempt by a client.
 fn refused(judgement: &str, names: &mut Names) -> Option<String> {
     let (who, attempt) = judgement.split_once(" is unauthorized to ")?;
     let (what, key) = attempt.split_once(" (ingress) on ")?;
     Some(format!("access control refused {what} on {key} by {}", names.of(who)))
 }
 
-/// TLS's reason for a refusal, without times of day, which differ each time.
+/// The reason why TLS refused a connection, without times of day, which differ each time.
 fn refused_connection(words: &str) -> Option<String> {
     let reason = words.split(". Hint:").next()?;
     let reason = reason.split(": verification time").next()?;
     Some(format!("a connection was refused: {reason}"))
 }
 
-/// A peer that cannot be reached yet has not refused anything; one with a wrong identity is refused.
+/// A peer that is not reachable yet has not refused the connection; one with a wrong identity is refused.
 fn failed_connection(words: &str) -> Option<String> {
     let refused = ["certificate", "fatal alert", "corrupt message"];
     let (attempt, _) = words.split_once(". Retry in")?;
@@ -194,7 +193,7 @@ fn failed_connection(words: &str) -> Option<String> {
     is_refused.then(|| format!("no connection to {attempt}"))
 }
 
-/// Logs each refusal once a minute.
+/// Logs each refusal at most once a minute.
 fn log(refusals: &Receiver<String>) {
     let mut logged: HashMap<String, Occurrences> = HashMap::new();
     while let Ok(refusal) = refusals.recv() {

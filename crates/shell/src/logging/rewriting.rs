@@ -1,9 +1,10 @@
-//! A layer between events and where they are logged, which changes what they say.
+//! A layer that rewrites events before another layer logs them.
 //!
-//! - Texts of others. An error quotes what came over the network, a warning names a certificate. Whatever it is, it
-//!   forges no further line, obeys no terminal and does not turn the order of the letters around.
-//! - Fields in the text of a message. `journalctl` shows a message's text and none of its fields: of `verdict` with the
-//!   fields `component` and `state` it shows `verdict`. Hence the text includes them too, formatted as on standard error.
+//! - Text from other parties. Errors quote messages from the network, warnings name certificates. Such text must not
+//!   forge further lines, control the terminal or reverse the direction of text.
+//! - Fields in the message text. `journalctl` shows the text of a message and none of its fields: of `verdict` with the
+//!   fields `component` and `state` it shows `verdict`. The text therefore includes the fields, formatted as on
+//!   standard error.
 
 use std::fmt::Debug;
 
@@ -16,16 +17,16 @@ use tracing_subscriber::layer::Context;
 use tracing_subscriber::registry::LookupSpan;
 use vocabulary::{is_printable, printable};
 
-/// The field that holds the text.
+/// The field that contains the text.
 const TEXT: &str = "message";
 
-/// Of each field of an event the value, at the field's place.
+/// The value of each field of an event, at the field's index.
 pub(super) type Values = Vec<Option<Box<dyn Value>>>;
 
-/// What an event is to say; `None` if it stays as it is.
+/// Rewrites an event; `None` leaves it unchanged.
 pub(super) type Rewrite = fn(&Event<'_>) -> Option<Values>;
 
-/// Passes each event on to another layer, rewritten.
+/// Passes each event to another layer, rewritten.
 pub(super) struct Rewriting<L>(pub(super) L, pub(super) Rewrite);
 
 impl<S, L> Layer<S> for Rewriting<L>
@@ -59,13 +60,13 @@ where
     }
 }
 
-/// Nothing but printable characters in the text and the fields; an event that has no others stays as it is.
+/// Replaces characters that are not printable in the text and the fields; other events are unchanged.
 pub(super) fn with_printable_texts(event: &Event<'_>) -> Option<Values> {
     let texts = FieldTexts::of(event, printable);
     texts.is_odd.then_some(texts.values)
 }
 
-/// All fields in the text.
+/// Appends all fields to the text.
 pub(super) fn with_fields_in_text(event: &Event<'_>) -> Option<Values> {
     let mut values = FieldTexts::of(event, str::to_owned).values;
     let place = event.metadata().fields().field(TEXT).map(|field| field.index());
@@ -77,7 +78,7 @@ pub(super) fn with_fields_in_text(event: &Event<'_>) -> Option<Values> {
     Some(values)
 }
 
-/// Each field's value as text, at the field's place; and whether any has characters that are not printable.
+/// Each field's value as text, at the field's index; and whether any contains characters that are not printable.
 struct FieldTexts {
     values: Values,
     is_odd: bool,

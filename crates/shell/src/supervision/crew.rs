@@ -1,5 +1,5 @@
-//! Threads and tasks that a process cannot do without. When one ends before the process was asked to, by a panic or
-//! otherwise, the process ends too, and whoever supervises it starts it again.
+//! Essential threads and tasks of a process. If one ends before shutdown was requested, by a panic or otherwise, the
+//! process ends too, and the service manager restarts it.
 
 use std::future::Future;
 use std::sync::Arc;
@@ -10,27 +10,27 @@ use tokio::task::AbortHandle;
 use super::pulse::{Lane, Pulse};
 use crate::shutdown::Shutdown;
 
-/// Starts them.
+/// Starts essential threads and tasks.
 #[derive(Debug, Clone)]
 pub struct Crew {
     shutdown: Shutdown,
     pulse: Arc<Pulse>,
 }
 
-/// Resolves when a thread has ended.
+/// Resolves when the thread has ended.
 pub type Ended = oneshot::Receiver<()>;
 
 impl Crew {
-    /// Those of a process that ends with this shutdown and shows its progress by this pulse.
+    /// Threads and tasks of a process with this shutdown, whose progress goes to this pulse.
     #[must_use]
     pub fn new(shutdown: Shutdown, pulse: Arc<Pulse>) -> Self {
         Self { shutdown, pulse }
     }
 
-    /// A thread that says of each piece of work when it begins.
+    /// Starts a thread that reports the start of each piece of work.
     ///
     /// # Errors
-    /// The system has no thread.
+    /// The system cannot start a thread.
     pub fn thread(
         &self,
         name: &'static str,
@@ -41,13 +41,13 @@ impl Crew {
         std::thread::Builder::new().name(name.to_owned()).spawn(move || {
             let _guard = guard;
             work(&lane);
-            // The receiver is gone if the process ends in a hurry.
+            // The receiver is gone if the process ends without waiting for the thread.
             let _ = ending.send(());
         })?;
         Ok(ended)
     }
 
-    /// A task that runs until it is aborted, which is to be done when the process ends.
+    /// Starts a task that runs until it is aborted, which the owner has to do at shutdown.
     pub fn task(
         &self,
         name: &'static str,
@@ -66,7 +66,7 @@ impl Crew {
     }
 }
 
-/// Held as long as a thread or task lives.
+/// Held while a thread or task runs.
 struct EndGuard {
     kind: &'static str,
     name: &'static str,

@@ -1,14 +1,14 @@
-//! The service manager's view of a process: readiness, status, progress.
+//! Process supervision by the service manager: readiness, status, progress.
 //!
 //! | file | job |
 //! |---|---|
-//! | `supervisor` | ready, progress, status, stopping: what is sent when |
-//! | `notification` | a datagram to the service manager, without ever waiting for it |
-//! | `pulse` | the same progress for `health`, and that of the threads beside the loop |
-//! | `crew` | threads and tasks that a process cannot do without |
-//! | `scheduling` | how the kernel treats the process: policy, priority, limits |
+//! | `supervisor` | when to send readiness, progress, status and stopping |
+//! | `notification` | sends a datagram to the service manager without blocking |
+//! | `pulse` | progress of the loop and of other threads, also for `health` |
+//! | `crew` | essential threads and tasks |
+//! | `scheduling` | logs policy, priority and limits set by the kernel |
 //!
-//! Only the thread or task that does the work reports progress, from its own loop. If it or a thread beside it hangs,
+//! Only the thread or task that does the work reports progress, from its own loop. If it or an essential thread hangs,
 //! no heartbeat is sent, and the service manager restarts the process; if one ends, the process ends.
 
 mod crew;
@@ -21,7 +21,7 @@ pub use crew::{Crew, Ended};
 pub use pulse::{Lane, Pulse, Sign};
 pub use supervisor::Supervisor;
 
-/// The status before there is a session.
+/// The status while the session is being opened.
 pub const OPENING: &str = "opening a session";
-/// The status when the loop is over.
+/// The status after the loop has ended.
 pub const STOPPING: &str = "stopping";

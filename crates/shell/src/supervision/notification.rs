@@ -1,8 +1,7 @@
 //! Datagrams to the service manager (`sd_notify(3)`).
 //!
-//! The library's own `notify` waits until the service manager has taken what came before. A service
-//! manager that hangs must not stop the diagnosis, so that what does not get through at once is dropped:
-//! it is superseded soon.
+//! The library's own `notify` blocks until the service manager has read earlier messages. A hanging service manager
+//! must not stop the diagnosis, so a message that cannot be sent at once is dropped; a later one will supersede it.
 
 use std::ffi::OsString;
 use std::io;
@@ -12,12 +11,12 @@ use std::os::unix::net::{SocketAddr, UnixDatagram};
 
 use sd_notify::NotifyState;
 
-/// The environment variable that names where datagrams go.
+/// The environment variable with the address of the service manager.
 const VARIABLE: &str = "NOTIFY_SOCKET";
-/// The first letter of an address that is no file.
+/// The first letter of an address in the abstract namespace.
 const ABSTRACT: u8 = b'@';
 
-/// The way to the service manager.
+/// The socket to the service manager.
 #[derive(Debug)]
 pub(super) struct Notification {
     socket: UnixDatagram,
@@ -25,10 +24,10 @@ pub(super) struct Notification {
 }
 
 impl Notification {
-    /// The way that the environment names; `None` without a service manager.
+    /// The socket named in the environment; `None` without a service manager.
     ///
     /// # Errors
-    /// The variable names no address, or no socket can be had.
+    /// The variable is not a valid address, or the socket cannot be created.
     pub(super) fn from_environment() -> io::Result<Option<Self>> {
         std::env::var_os(VARIABLE).map(|address| Self::to(&address)).transpose()
     }
@@ -43,10 +42,10 @@ impl Notification {
         Ok(Self { socket, to })
     }
 
-    /// Sends everything in one datagram.
+    /// Sends all states in one datagram.
     ///
     /// # Errors
-    /// No process receives it, or its socket's buffer is full.
+    /// The receiver does not exist, or its buffer is full.
     pub(super) fn send(&self, states: &[NotifyState<'_>]) -> io::Result<()> {
         let lines: String = states.iter().map(|state| format!("{state}\n")).collect();
         self.socket.send_to_addr(lines.as_bytes(), &self.to).map(|_| ())
@@ -57,7 +56,7 @@ impl Notification {
 pub(super) mod testing {
     use super::*;
 
-    /// A service manager's end of the way.
+    /// The service manager's end of the socket.
     pub(in super::super) struct Manager {
         socket: UnixDatagram,
         _directory: tempfile::TempDir,
@@ -73,7 +72,7 @@ pub(super) mod testing {
             (Self { socket, _directory: directory }, notification)
         }
 
-        /// The next datagram, if there is one.
+        /// The next datagram, if any.
         pub(in super::super) fn heard(&self) -> Option<String> {
             let mut buffer = [0; 1024];
             let length = self.socket.recv(&mut buffer).ok()?;

@@ -1,4 +1,4 @@
-//! The latest heartbeat of the working loop, and how long the threads beside it have been at their present work.
+//! The latest heartbeat of the working loop, and how long other threads have been at their present work.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -8,40 +8,40 @@ use parking_lot::Mutex;
 
 const NOT_YET: u64 = u64::MAX;
 const OVER: u64 = u64::MAX - 1;
-/// The lane waits for work.
+/// Marks a lane that is waiting for work.
 const IDLE: u64 = u64::MAX;
-/// A thread that has been at one piece of work for this long hangs. The network may hold one up for a second, and a
-/// long journal is read in one.
+/// A thread that takes this long for one piece of work is considered hung. The network may block it for a second, and a
+/// long journal is read in one piece.
 const HANGS_AFTER: Duration = Duration::from_secs(10);
 
-/// Written by the loop, read by its monitors.
+/// Progress, written by the loop and read by monitors.
 #[derive(Debug)]
 pub struct Pulse {
     start: Instant,
-    /// The latest round \[ns since the start\], or that there is none.
+    /// The time of the latest heartbeat \[ns since the start\], or a mark that there was none or the loop has ended.
     latest_ns: AtomicU64,
     lanes: Mutex<Vec<Lane>>,
 }
 
-/// A thread beside the loop. It hangs if one piece of work takes too long; it may wait for work as long as it likes.
+/// The progress of another thread. It is considered hung if one piece of work takes too long; it may wait indefinitely.
 #[derive(Debug, Clone)]
 pub struct Lane {
     name: &'static str,
     start: Instant,
-    /// When it took up what it is at \[ns since the start\], or that it is at nothing.
+    /// The start of the present work \[ns since the start\], or [`IDLE`].
     busy_since_ns: Arc<AtomicU64>,
 }
 
-/// The latest heartbeat of a loop.
+/// The state of a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sign {
-    /// It has not begun.
+    /// The loop has not started.
     NotYet,
-    /// Its age.
+    /// The age of the latest heartbeat.
     Ago(Duration),
-    /// It is there, but a thread beside it has been at one piece of work for this long.
+    /// The loop runs, but another thread has been at one piece of work for this long.
     Stuck(&'static str, Duration),
-    /// It was asked to end, and has.
+    /// The loop was asked to end, and has ended.
     Over,
 }
 
@@ -51,24 +51,24 @@ impl Pulse {
         Self { start: Instant::now(), latest_ns, lanes: Mutex::default() }
     }
 
-    /// Another thread, which counts as long as it lives.
+    /// Adds another thread, which is monitored while its lane exists.
     pub(super) fn lane(&self, name: &'static str) -> Lane {
         let lane = Lane { name, start: self.start, busy_since_ns: Arc::new(AtomicU64::new(IDLE)) };
         self.lanes.lock().push(lane.clone());
         lane
     }
 
-    /// The loop made progress.
+    /// Records progress of the loop.
     pub(super) fn beat(&self, now: Instant) {
         self.latest_ns.store(since(self.start, now).min(OVER - 1), Ordering::Relaxed);
     }
 
-    /// The loop has ended.
+    /// Records the end of the loop.
     pub(super) fn end(&self) {
         self.latest_ns.store(OVER, Ordering::Relaxed);
     }
 
-    /// The latest heartbeat.
+    /// The state of the loop and of the other threads.
     pub fn sign(&self, now: Instant) -> Sign {
         match self.latest_ns.load(Ordering::Relaxed) {
             NOT_YET => Sign::NotYet,
@@ -87,13 +87,13 @@ impl Pulse {
 }
 
 impl Lane {
-    /// The next piece of work begins.
+    /// Records the start of the next piece of work.
     pub fn begin(&self) {
         let now_ns = since(self.start, Instant::now()).min(IDLE - 1);
         self.busy_since_ns.store(now_ns, Ordering::Relaxed);
     }
 
-    /// There is nothing to do.
+    /// Records that the thread is waiting for work.
     pub fn rest(&self) {
         self.busy_since_ns.store(IDLE, Ordering::Relaxed);
     }

@@ -1,5 +1,5 @@
-//! How the kernel treats the process, logged at the start: whether a unit's settings, or a drop-in's, have
-//! had their effect is seen here and nowhere else.
+//! Logs how the kernel schedules the process, because only the process can show whether the settings of a unit or a
+//! drop-in took effect.
 
 use procfs_core::process::{Limit, LimitValue, Limits, Stat};
 use procfs_core::{FromRead, ProcResult};
@@ -7,7 +7,7 @@ use procfs_core::{FromRead, ProcResult};
 const STAT: &str = "/proc/self/stat";
 const LIMITS: &str = "/proc/self/limits";
 
-/// Logs policy, priority and limits as they are in effect.
+/// Logs the policy, priority and limits in effect.
 pub(crate) fn log() {
     let read = || -> ProcResult<(Stat, Limits)> {
         Ok((Stat::from_file(STAT)?, Limits::from_file(LIMITS)?))
@@ -27,7 +27,7 @@ pub(crate) fn log() {
     }
 }
 
-/// The policy's name, as `chrt` and systemd have it.
+/// The policy's name in `chrt` and systemd.
 fn policy(number: Option<u32>) -> String {
     match number {
         Some(0) => "other".to_owned(),
@@ -41,7 +41,7 @@ fn policy(number: Option<u32>) -> String {
     }
 }
 
-/// The limit that is in effect.
+/// The soft limit.
 fn soft(limit: &Limit) -> String {
     match limit.soft_limit {
         LimitValue::Unlimited => "unlimited".to_owned(),

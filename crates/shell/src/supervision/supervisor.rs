@@ -1,4 +1,4 @@
-//! What is sent to the service manager, and when.
+//! Decides what is sent to the service manager, and when.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -11,11 +11,10 @@ use super::STOPPING;
 use super::notification::Notification;
 use super::pulse::{Pulse, Sign};
 
-/// Heartbeats within the watchdog timeout of the service manager: all but one may get lost or come
-/// late.
+/// Heartbeats per watchdog timeout of the service manager: all but one may be lost or late.
 const SIGNS: u32 = 4;
 
-/// The service manager, if there is one.
+/// The connection to the service manager, if there is one.
 #[derive(Debug)]
 pub struct Supervisor {
     manager: Option<Notification>,
@@ -23,17 +22,17 @@ pub struct Supervisor {
     pulse: Arc<Pulse>,
 }
 
-/// How often the service manager expects the watchdog heartbeat.
+/// The schedule of watchdog heartbeats.
 #[derive(Debug)]
 struct Watchdog {
     every: Duration,
     start: Instant,
-    /// When the next heartbeat is due \[ns since the start\].
+    /// The time of the next heartbeat \[ns since the start\].
     due_ns: AtomicU64,
 }
 
 impl Supervisor {
-    /// The one that the environment names. Without one, notifications are dropped.
+    /// The service manager named in the environment. Without one, notifications are dropped.
     pub fn from_environment() -> Self {
         let manager = Notification::from_environment().unwrap_or_else(|error| {
             tracing::warn!("the service manager cannot be notified: {error}");
@@ -48,23 +47,22 @@ impl Supervisor {
         Self { manager, watch, pulse: Arc::new(Pulse::new()) }
     }
 
-    /// The same progress for others to look at.
+    /// The same progress, for other monitors.
     pub fn pulse(&self) -> Arc<Pulse> {
         Arc::clone(&self.pulse)
     }
 
-    /// Everything is there that others rely on. The status is one line: the next one would be another state.
+    /// Reports readiness. The status must be one line, because a further line would be read as another state.
     pub fn ready(&self, status: &str) {
         self.tell(&[NotifyState::Ready, NotifyState::Status(&printable(status))]);
     }
 
-    /// How it is at present.
+    /// Reports the present status.
     pub fn status(&self, status: &str) {
         self.tell(&[NotifyState::Status(&printable(status))]);
     }
 
-    /// The working loop made progress. To be called by that loop only. It does not speak for a thread beside it that
-    /// hangs.
+    /// Records progress; only the working loop may call this. No heartbeat is sent while another thread hangs.
     pub fn progress(&self) {
         let now = Instant::now();
         self.pulse.beat(now);
@@ -75,7 +73,7 @@ impl Supervisor {
         }
     }
 
-    /// The end has begun.
+    /// Reports the start of shutdown.
     pub fn stopping(&self) {
         self.pulse.end();
         self.tell(&[NotifyState::Stopping, NotifyState::Status(STOPPING)]);
@@ -94,7 +92,7 @@ impl Watchdog {
         Self { every, start: Instant::now(), due_ns: AtomicU64::new(0) }
     }
 
-    /// Is a heartbeat due? Then it is no longer.
+    /// Whether a heartbeat is due; if so, schedules the next one.
     fn is_due(&self, now: Instant) -> bool {
         let elapsed = now.saturating_duration_since(self.start);
         if nanoseconds(elapsed) < self.due_ns.load(Ordering::Relaxed) {

@@ -1,4 +1,4 @@
-//! Divergences in, their largest peaks out.
+//! Collects the largest peaks of divergences.
 
 use diagnosis::ModuleSetup;
 use vocabulary::Component;
@@ -32,7 +32,7 @@ impl Collector {
         }
     }
 
-    /// A step at which every channel was watched. Behind a gap some have no divergence yet: then it
+    /// Adds a step at which every channel was watched. After a gap some channels have no divergence yet; then the step
     /// does not count.
     pub(super) fn take(&mut self, divergences: impl Iterator<Item = Option<f64>>) {
         let channels = self.finders.iter_mut().zip(&mut self.collected.channels);
@@ -44,12 +44,12 @@ impl Collector {
         self.collected.watched_steps += u64::from(complete);
     }
 
-    /// A step at which not every channel was watched.
+    /// Adds a step at which not every channel was watched.
     pub(super) fn skip(&mut self) {
         self.take(std::iter::repeat(None));
     }
 
-    /// Steps that are missing. More of them than the reach end a run.
+    /// Adds missing steps. More of them than the reach end a run.
     pub(super) fn skip_many(&mut self, steps: u64) {
         if steps > self.reach {
             self.end_run();
@@ -58,7 +58,7 @@ impl Collector {
         }
     }
 
-    /// The run is over; what follows has nothing to do with it.
+    /// Ends a run, so that what follows is independent of it.
     pub(super) fn end_run(&mut self) {
         for (finder, channel) in self.finders.iter_mut().zip(&mut self.collected.channels) {
             finder.finish().into_iter().for_each(|peak| channel.peaks.push(peak));
@@ -71,8 +71,8 @@ impl Collector {
     }
 }
 
-/// How far apart peaks must lie to be separate \[steps\]: as far as changes of a channel must, and no
-/// closer than one odd sample is felt.
+/// The distance at which peaks are separate \[steps\]: that of separate changes of a channel, and at least the duration
+/// of the effect of a single outlier.
 fn reach(setup: &ModuleSetup) -> u64 {
     let divergence = setup.detection.divergence;
     setup.isolation.quiet_steps.max((divergence.window + divergence.lag) as u64)

@@ -1,5 +1,5 @@
-//! Thresholds from data without a fault: the largest divergence of a disturbed but healthy structure,
-//! times a margin (section 4.3 of the paper), or the tail of its peaks.
+//! Thresholds from fault-free data: the largest divergence of a disturbed but healthy structure, times a margin
+//! (section 4.3 of the paper), or the tail of its peaks.
 
 mod collector;
 mod nominal_runs;
@@ -12,10 +12,10 @@ use crate::tail::{LargestPeaks, TailError, TailThreshold, tail_threshold};
 pub use nominal_runs::{NominalRuns, plant};
 pub use recording::{ResidualRecording, StepOrder};
 
-/// The divergences of data without a fault.
+/// The divergences of fault-free data.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Calibration {
-    /// One by one the modules.
+    /// The modules.
     pub modules: Vec<ModulePeaks>,
 }
 
@@ -40,8 +40,7 @@ pub struct ChannelPeaks {
 }
 
 impl Calibration {
-    /// Takes the divergences of another run of the same modules into account. The order does not
-    /// matter.
+    /// Merges the divergences of another run of the same modules. The order does not matter.
     pub fn merge(&mut self, other: &Calibration) {
         if self.modules.is_empty() {
             self.modules.clone_from(&other.modules);
@@ -55,21 +54,20 @@ impl Calibration {
         }
     }
 
-    /// Steps at which every channel of the module that was watched for the shortest time was watched.
+    /// The smallest number of steps, over all modules, at which every channel of the module was watched.
     #[must_use]
     pub fn watched_steps(&self) -> u64 {
         self.modules.iter().map(|module| module.watched_steps).min().unwrap_or(0)
     }
 
-    /// The thresholds that all channels together are expected to reach `per_hour` times an hour, each
-    /// as often as the others: a list for each module. A step is `step_s` long \[s\].
+    /// The thresholds that all channels together are expected to reach `per_hour` times an hour, each equally often: a
+    /// list for each module. `step_s` is the length of a step \[s\].
     ///
-    /// Channels that change together count one by one, so the structure as a whole is disturbed less
-    /// often.
+    /// Channels that change together are counted separately, so the structure as a whole has fewer false alarms.
     ///
     /// # Errors
-    /// A rate out of range, or channels from whose peaks no threshold can be made: of several, the one
-    /// that needs most data.
+    /// The rate is out of range, or the peaks of some channels do not permit a threshold: of several channels, the one
+    /// that needs most data is reported.
     pub fn tail_thresholds(
         &self,
         step_s: f64,

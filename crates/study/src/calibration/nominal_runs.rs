@@ -1,4 +1,4 @@
-//! Divergences of simulated runs without a fault.
+//! Divergences of simulated fault-free runs.
 
 use std::sync::atomic::AtomicBool;
 
@@ -15,30 +15,30 @@ use crate::error::StudyError;
 use crate::parallel;
 use crate::rig::{Rig, RigError};
 
-/// Never reached by a divergence.
+/// A threshold that no divergence reaches.
 const OUT_OF_REACH: f64 = f64::MAX;
 
-/// Which runs without a fault are made.
+/// A set of fault-free runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NominalRuns {
-    /// Seed of the first run; the others follow one by one.
+    /// Seed of the first run; the others have successive seeds.
     pub first_seed: u64,
-    /// How many.
+    /// The number of runs.
     pub runs: u64,
-    /// Length of a run, warm-up included \[steps\].
+    /// Length of a run, including warm-up \[steps\].
     pub steps: u64,
-    /// By how much each run's plant differs from the nominal model; 0 for no mismatch.
+    /// The mismatch between each run's plant and the nominal model; 0 for none.
     pub mismatch: f64,
-    /// How many run at a time.
+    /// The number of parallel runs.
     pub jobs: usize,
 }
 
 impl NominalRuns {
-    /// Makes the runs, several at a time, and returns the largest peaks of all divergences. `done` is
-    /// called after every run. The result does not depend on the number of jobs.
+    /// Simulates the runs in parallel, and returns the largest peaks of all divergences. `done` is called after every
+    /// run. The result does not depend on the number of jobs.
     ///
     /// # Errors
-    /// A plant or a diagnoser that cannot be made.
+    /// A plant or a diagnoser cannot be created.
     pub fn calibrate(
         &self,
         nominal: &Structure,
@@ -78,10 +78,10 @@ impl NominalRuns {
     }
 }
 
-/// The plant of a run: nominal, or differing from the nominal model by up to `mismatch`.
+/// The plant of a run: nominal, or with a mismatch of up to `mismatch`.
 ///
 /// # Errors
-/// A mismatch or parameters out of range, or a structure without a model.
+/// The mismatch or a parameter is out of range, or the structure does not yield a valid model.
 pub fn plant(
     nominal: &Structure,
     parameters: &PlantParameters,
@@ -95,7 +95,7 @@ pub fn plant(
     site.plant(seed)
 }
 
-/// The divergences of one run from the moment that every channel of a module is watched.
+/// The divergences of one run from the time at which every channel of a module is watched.
 fn watch(rig: &mut Rig, setups: &[ModuleSetup], steps: u64) -> Result<Calibration, RigError> {
     let mut collectors: Vec<Collector> = (setups.iter().zip(rig.diagnosers()))
         .map(|(setup, diagnoser)| Collector::new(setup, diagnoser.components()))

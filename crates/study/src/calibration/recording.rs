@@ -9,18 +9,17 @@ use super::collector::Collector;
 use crate::error::StudyError;
 use crate::rig::RigError;
 
-/// A step that does not follow the one before it.
+/// A step that does not follow its predecessor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("step {step} after step {last}; give each step once, rising")]
 pub struct StepOrder {
     /// The step.
     pub step: u64,
-    /// The one before it.
+    /// The previous step.
     pub last: u64,
 }
 
-/// Turns recorded residuals of one module into the peaks of their divergences, just as a diagnoser
-/// would see them.
+/// Converts recorded residuals of one module to the peaks of their divergences, as a diagnoser would compute them.
 #[derive(Debug, Clone)]
 pub struct ResidualRecording {
     components: Vec<Component>,
@@ -32,10 +31,10 @@ pub struct ResidualRecording {
 }
 
 impl ResidualRecording {
-    /// Has seen nothing yet. Whatever thresholds `setup` has do not matter.
+    /// Starts without data. The thresholds in `setup` are ignored.
     ///
     /// # Errors
-    /// A setup that cannot be right.
+    /// The setup is invalid.
     pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
         let fail = |problems| RigError::Setup { module: setup.module.clone(), problems };
         let components: Vec<Component> = (setup.structure.module(&setup.module).into_iter())
@@ -64,12 +63,13 @@ impl ResidualRecording {
         &self.components
     }
 
-    /// Takes the residuals of the next step, \[N\] of actuators and \[m\] of gages, in the order of
-    /// [`Self::components`]. Without a number it is the step after the one before; over missing steps
-    /// no window is formed. Residuals that are not finite or not as many as channels count as missing.
+    /// Adds the residuals of the next step, \[N\] of actuators and \[m\] of gages, in the order of
+    /// [`Self::components`]. Without a number it is the successor of the previous step; windows do not extend over
+    /// missing steps. Residuals that are not finite, or whose number differs from that of the channels, count as
+    /// missing.
     ///
     /// # Errors
-    /// A number not above that of the step before.
+    /// The number is not above that of the previous step.
     pub fn push(&mut self, step: Option<u64>, residuals: &[f64]) -> Result<(), StepOrder> {
         let next = self.last_step.map_or(step.unwrap_or(0), |last| last.saturating_add(1));
         let step = step.unwrap_or(next);
@@ -85,7 +85,7 @@ impl ResidualRecording {
         Ok(())
     }
 
-    /// Notes that the residuals of the next step are missing.
+    /// Records that the residuals of the next step are missing.
     pub fn skip(&mut self) {
         self.last_step = Some(self.last_step.map_or(0, |last| last.saturating_add(1)));
         self.watch(&[]);
@@ -107,7 +107,7 @@ impl ResidualRecording {
         }
     }
 
-    /// What follows is another recording: the warm-up restarts.
+    /// Starts another recording: the warm-up restarts.
     pub fn end_run(&mut self) {
         self.bank.restart();
         self.watched.fill(false);
@@ -115,7 +115,7 @@ impl ResidualRecording {
         self.collector.end_run();
     }
 
-    /// The peaks of all that was recorded.
+    /// The peaks of all recordings.
     #[must_use]
     pub fn finish(self) -> ModulePeaks {
         self.collector.finish()

@@ -1,4 +1,4 @@
-//! From a module's samples to the means of its windows, wherever the samples come from.
+//! Converts a module's samples from any source to the means of its windows.
 
 use diagnosis::state::{WindowLength, WindowMeans};
 use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
@@ -7,30 +7,30 @@ use vocabulary::Step;
 use crate::error::StudyError;
 use crate::rig::diagnoser;
 
-/// The models forget how they began within this time \[s\].
+/// Time after which the models' initial transients have decayed \[s\].
 pub const SETTLING_S: f64 = 2.5;
-/// After a gap that is longer, the models begin anew \[s\].
+/// After a longer gap the models restart \[s\].
 const LONGEST_GAP_S: f64 = 0.1;
-/// Never reached by a divergence: nothing is judged and no peer is asked.
+/// A threshold that no divergence reaches, so that nothing is judged and no peer is queried.
 const OUT_OF_REACH: f64 = f64::MAX;
 
-/// Takes the samples of one module, one by one, and keeps the means of its windows.
+/// Processes the samples of one module, and keeps the means of its windows.
 #[derive(Debug)]
 pub struct WindowCollector {
     diagnoser: Diagnoser,
     actions: Vec<Action>,
     step_s: f64,
     last_step: Option<Step>,
-    /// From here on the models have settled.
+    /// The first step at which the models have settled.
     settled: Step,
     windows: Vec<WindowMeans>,
 }
 
 impl WindowCollector {
-    /// Has seen nothing yet. Whatever thresholds and reference `setup` has do not matter.
+    /// Starts without samples. Thresholds and reference in `setup` are ignored.
     ///
     /// # Errors
-    /// A setup that cannot be right.
+    /// The setup is invalid.
     pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
         let mut setup = ModuleSetup { reference: None, ..setup.clone() };
         setup.thresholds.fill(OUT_OF_REACH);
@@ -44,7 +44,7 @@ impl WindowCollector {
         })
     }
 
-    /// Takes the next sample. Its step lies after that of the sample before, or the sample is not used.
+    /// Processes the next sample; a sample whose step is not above the previous one is ignored.
     pub fn take(&mut self, sample: &Sample) {
         let gap = self.last_step.map(|last| sample.step.since(last));
         if gap.is_none_or(|gap| gap > self.steps(LONGEST_GAP_S)) {
@@ -62,7 +62,7 @@ impl WindowCollector {
         (seconds / self.step_s).round() as u64
     }
 
-    /// The windows of both lengths that ended once the models had settled.
+    /// The windows of both lengths that ended after the models had settled.
     #[must_use]
     pub fn finish(self) -> Vec<WindowMeans> {
         self.windows

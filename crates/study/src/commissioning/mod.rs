@@ -1,5 +1,5 @@
-//! References of healthy modules: what they measure under changing weather and while their cylinders move. Commissioning is
-//! simulated by snippets of one plant under changing weather, and strokes of every cylinder.
+//! References of healthy modules: their measurements under changing weather and during strokes of their cylinders.
+//! Commissioning is simulated by snippets of one plant under changing weather, and by strokes of every cylinder.
 
 mod collector;
 mod site;
@@ -18,22 +18,22 @@ use crate::error::StudyError;
 use crate::parallel;
 use crate::rig::{RigError, advance, check_modules};
 
-/// The rate of false alarms of a module that thresholds are usually for \[1/h\].
+/// Usual false-alarm rate of a module for which thresholds are chosen \[1/h\].
 pub const FALSE_ALARMS_PER_HOUR: f64 = 0.001;
 
-/// One snippet.
+/// A snippet of data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnippetPlan {
-    /// Of its wind, loads, noise and hour.
+    /// Seed of its wind, loads, noise and time of day.
     pub seed: u64,
-    /// How long it is \[s\].
+    /// Its duration \[s\].
     pub seconds: f64,
-    /// What moves in it.
+    /// The stroke in it, if any.
     pub stroke: Option<StrokeTest>,
 }
 
 impl SnippetPlan {
-    /// What the snippet is called.
+    /// The name of the snippet.
     #[must_use]
     pub fn label(&self) -> String {
         match &self.stroke {
@@ -43,10 +43,10 @@ impl SnippetPlan {
     }
 }
 
-/// Makes snippets, `jobs` at a time; they come back in their order. `done` is called after each.
+/// Simulates snippets, `jobs` at a time; returns them in order. `done` is called after each.
 ///
 /// # Errors
-/// A plant or a diagnoser that cannot be made.
+/// A plant or a diagnoser cannot be created.
 pub fn record_snippets(
     site: &PlantSite,
     setups: &[ModuleSetup],
@@ -96,8 +96,8 @@ fn record(
     Ok(Snippet { label: plan.label(), modules })
 }
 
-/// The usual snippets: so many under changing weather, and for each cylinder two strokes: what one of them says can be
-/// checked with the other. The second ones come in another order, for snippets whose numbers differ by a multiple of the
+/// The usual snippets: so many under changing weather, and two strokes of each cylinder, so that each can validate the
+/// other. The second strokes have another order, because snippets whose numbers differ by a multiple of the number of
 /// folds are left out together.
 #[must_use]
 pub fn usual_snippets(
@@ -127,10 +127,10 @@ pub fn usual_snippets(
 }
 
 impl PlantSite {
-    /// Gives each of its diagnosers the reference that these snippets teach.
+    /// Gives each diagnoser the reference learned from these snippets.
     ///
     /// # Errors
-    /// Snippets that cannot be made, or are too few.
+    /// Snippets cannot be simulated, or are too few.
     pub fn commission(
         &self,
         setups: &[ModuleSetup],
@@ -150,12 +150,12 @@ impl PlantSite {
     }
 }
 
-/// Learns the reference of the module at place `own` from its own values and those of its peers. The setups are
-/// those of the snippets' modules, in their order; modules that it does not ask are left out. The thresholds are for so
-/// many false alarms of the module an hour at most, with 95 % confidence.
+/// Learns the reference of the module at index `own` from its own values and those of its peers. The setups are those
+/// of the snippets' modules, in the same order; modules that it does not query are left out. Thresholds are chosen for
+/// at most this many false alarms of the module per hour, with 95 % confidence.
 ///
 /// # Errors
-/// Too few snippets, or none that differ.
+/// There are too few snippets, or they do not differ.
 pub fn learn(
     setups: &[ModuleSetup],
     own: usize,

@@ -1,25 +1,25 @@
-//! A plant as it stands, which may differ from its description.
+//! An installed plant, which may differ from its description.
 
 use plant::{Mismatch, Plant, PlantParameters};
 use truss::Structure;
 
 use crate::error::StudyError;
 
-/// A healthy plant as it stands, and as it is described.
+/// A healthy installed plant, and its description.
 #[derive(Debug, Clone)]
 pub struct PlantSite {
-    /// The structure as it is.
+    /// The true structure.
     pub truth: Structure,
-    /// The structure as described.
+    /// The described structure.
     pub nominal: Structure,
-    /// The plant's parameters as they are.
+    /// The true parameters.
     pub true_parameters: PlantParameters,
-    /// As described.
+    /// The described parameters.
     pub nominal_parameters: PlantParameters,
 }
 
 impl PlantSite {
-    /// A plant that is just as described.
+    /// A plant that equals its description.
     #[must_use]
     pub fn nominal(structure: &Structure, parameters: &PlantParameters) -> Self {
         Self {
@@ -30,10 +30,11 @@ impl PlantSite {
         }
     }
 
-    /// A plant whose figures are drawn within 1 ± `mismatch` of those described; the same seed gives the same plant.
+    /// A plant whose parameters are drawn within 1 ± `mismatch` of the described ones; the same seed gives the same
+    /// plant.
     ///
     /// # Errors
-    /// A mismatch out of range.
+    /// The mismatch is out of range.
     pub fn drawn(
         structure: &Structure,
         parameters: &PlantParameters,
@@ -46,10 +47,10 @@ impl PlantSite {
         Ok(Self { truth, true_parameters: drawn.parameters, ..described })
     }
 
-    /// The plant in a run of its own: another wind, other loads, another hour.
+    /// The plant in a new run with different wind, loads and time of day.
     ///
     /// # Errors
-    /// A plant that cannot be made.
+    /// The plant cannot be created.
     pub fn plant(&self, seed: u64) -> Result<Plant, StudyError> {
         let (truth, nominal) = (&self.truth, &self.nominal);
         let parameters = (&self.true_parameters, &self.nominal_parameters);

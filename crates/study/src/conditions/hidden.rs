@@ -1,4 +1,4 @@
-//! Faults that hide from the change detector.
+//! Faults that the change detector cannot see.
 
 use rand::{Rng, RngExt};
 use vocabulary::{
@@ -12,41 +12,41 @@ use crate::draw::{Draw, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
-/// Cases draw from streams of their own.
+/// Random stream of these cases.
 const FIRST_STREAM: u64 = 3 << 61;
-/// The sizes drawn, as likely between 1 and 2 as between 10 and 20: biases from twice the smallest that is stated to be
-/// found on, which is never less than this, over so many times that; and leaks.
+/// Sizes are drawn log-uniformly: biases from twice the smallest detectable bias stated by the reference, which is
+/// never below this value, up to a multiple of that; and leaks.
 const SMALLEST_STRAIN: f64 = 3e-6;
 const ABOVE_SMALLEST: [f64; 2] = [2.0, 32.0];
 const LEAK_AREA_M2: [f64; 2] = [2e-8, 5e-7];
-/// Drifts \[1/s\]: from a microstrain a minute to one a second.
+/// Drifts \[1/s\]: from one microstrain per minute to one per second.
 const DRIFT_STRAIN_PER_S: [f64; 2] = [1e-6 / 60.0, 1e-6];
-/// A drift is followed until it has come to so many times the least bias drawn.
+/// A drift is followed until it reaches this multiple of the smallest bias drawn.
 const DRIFTED: f64 = 1.7;
-/// In service, compared several times, before something happens \[s\].
+/// Time in service, with several comparisons, before the fault \[s\].
 const BEFORE_S: f64 = 6.0;
-/// A second fault follows the first within this time \[s\].
+/// Time from the first to the second fault, at most \[s\].
 const SECOND_WITHIN_S: f64 = 5.0;
-/// After the last fault \[s\].
+/// Time after the last fault \[s\].
 const AFTER_S: f64 = 15.0;
 
-/// What hidden faults are; by default of any size and component.
+/// Restrictions on hidden faults; by default all sizes and components occur.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct HiddenFaults {
-    /// Every fault that may be one is a bias of this strain, either way \[m/m\], and gages take turns. A drift is
-    /// followed until it has come so far.
+    /// All faults that can be biases have this strain, in either direction \[m/m\], and gages take turns. A drift is
+    /// followed until it reaches this value.
     pub bias_strain: Option<f64>,
-    /// Every fault that may be one is a leak of this coefficient \[m²\]; kinds of leak and cylinders take turns.
+    /// All faults that can be leaks have this coefficient \[m²\]; kinds of leak and cylinders take turns.
     pub leak_m2: Option<f64>,
-    /// How long nothing is wrong in a case in which nothing is \[s\].
+    /// Duration of a case without a fault \[s\].
     pub healthy_s: Option<f64>,
 }
 
-/// Tells the smallest bias of a gage \[m/m\] that is stated to be found.
+/// The smallest detectable bias of a gage stated by its reference \[m/m\].
 type Smallest<'a> = &'a dyn Fn(&ComponentPath) -> f64;
 
 impl HiddenFaults {
-    /// Draws a case whose situation has had so many turns before. `None` if nothing can break.
+    /// Draws a case whose situation had so many turns before. `None` if no component can have the fault.
     pub(super) fn draw(
         self,
         system: &System,
@@ -106,7 +106,7 @@ impl HiddenFaults {
     }
 }
 
-/// The biases drawn of a gage of which this is the smallest that is stated to be found \[m/m\].
+/// The range of biases drawn for a gage, given the smallest detectable one \[m/m\].
 fn sizes(smallest: f64) -> [f64; 2] {
     ABOVE_SMALLEST.map(|times| times * smallest.max(SMALLEST_STRAIN))
 }
@@ -119,7 +119,7 @@ struct Hidden<'a> {
 }
 
 impl Hidden<'_> {
-    /// So many seconds, in steps.
+    /// A random time in this range, in steps.
     fn within(&mut self, from_s: f64, to_s: f64) -> u64 {
         let seconds = self.draw.uniform([from_s, to_s]);
         self.draw.system.steps(seconds)
@@ -139,7 +139,7 @@ impl Hidden<'_> {
         if self.of.leak_m2.is_some() {
             return self.of_kind(KINDS[(self.turn % 3) as usize], at, taken);
         }
-        // As many gages as cylinders.
+        // Gages and cylinders are equally frequent.
         let place = self.draw.generator.random_range(0..2 * (KINDS.len() - 1));
         self.of_kind(KINDS[place.min(KINDS.len() - 1)], at, taken)
     }

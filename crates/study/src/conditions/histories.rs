@@ -1,4 +1,4 @@
-//! Random histories: faults that come, go, come again and overlap, lost samples and restarts.
+//! Random histories: faults that appear, disappear, recur and overlap, lost samples and restarts.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,21 +13,21 @@ use crate::rig::TimedFault;
 use crate::scenarios::ScenarioRanges;
 use crate::system::System;
 
-/// Histories draw from streams of their own, far from those of scenarios and nominal runs.
+/// Random stream of histories, far from those of scenarios and nominal runs.
 const FIRST_STREAM: u64 = 1 << 62;
-/// Steps of a millisecond before the first fault: the channels have warmed up.
+/// Steps of a millisecond before the first fault, during which the channels warm up.
 const BEFORE: u64 = 4000;
-/// After the last event: what happened has left the interval, and a second fault has been found.
+/// Steps after the last event, in which it leaves the interval and a second fault is detected.
 const AFTER: u64 = 6000;
 /// Longest burst of lost samples.
 const LONGEST_BURST: u64 = 200;
-/// The publisher keeps samples of so many seconds.
+/// Duration of the samples stored by the publisher \[s\].
 const KEPT_S: f64 = 4.0;
 
-/// A stretch of time in which a component has its fault, in steps of a millisecond from the beginning of the faults.
+/// A period in which a component has its fault, in steps of a millisecond from the beginning of the faults.
 type Stretch = Range<u64>;
 
-/// Draws a history. `None` if nothing can break.
+/// Draws a history. `None` if no component can have a fault.
 pub(super) fn draw(
     system: &System,
     number: u64,
@@ -59,10 +59,10 @@ pub(super) fn draw(
     Some(CampaignCase { number, kind, seed, faults, gaps, kept_samples, steps })
 }
 
-/// Every second history is undisturbed; of the others some lose single samples all the time, some bursts, some
-/// have diagnosers that are restarted.
+/// Every second history is undisturbed; some of the others lose single samples all the time, some lose bursts, and in
+/// some diagnosers are restarted.
 fn draw_gaps(diagnosers: usize, steps: Range<u64>, generator: &mut impl Rng) -> Vec<SampleGap> {
-    // How many samples are lost from a step on; none if the diagnoser is restarted before it.
+    // The number of samples lost from a step on; `None` if the diagnoser is restarted before the step.
     let mut lost = BTreeMap::<(usize, u64), u64>::new();
     let kind = generator.random_range(0..8);
     for place in 0..diagnosers {
@@ -90,20 +90,20 @@ fn draw_gaps(diagnosers: usize, steps: Range<u64>, generator: &mut impl Rng) -> 
     let gap = |(&(place, from), &lost): (&(usize, u64), &u64)| SampleGap {
         place,
         from: Step(from),
-        // A burst ends where the next one begins, which may be shorter.
+        // A burst ends where the next one begins, even if that is shorter.
         until: Step((from + lost).min(next((place, from)))),
         restarted: lost == 0,
     };
     lost.iter().map(gap).collect()
 }
 
-/// A time that is as likely between 1 and 2 ms as between 1 and 2 s.
+/// A log-uniformly distributed time.
 fn any_scale(generator: &mut impl Rng, from: u64, to: u64) -> u64 {
     let exponent = generator.random_range((from as f64).log2()..=(to as f64).log2());
     exponent.exp2() as u64
 }
 
-/// When each of its components has its fault, component by component.
+/// The fault periods of each component.
 fn stretches(kind: Situation, generator: &mut impl Rng) -> Vec<Vec<Stretch>> {
     match kind {
         Situation::Repaired => vec![once(0, generator.random_range(1..=3000))],
@@ -123,7 +123,7 @@ fn once(from: u64, until: u64) -> Vec<Stretch> {
     std::iter::once(from..until).collect()
 }
 
-/// On and off for seconds to half a minute, at a pace of its own.
+/// On and off for seconds to half a minute, at a random pace.
 fn intermittent(generator: &mut impl Rng, from: u64) -> Vec<Stretch> {
     let (pace, over) = (any_scale(generator, 20, 5000), generator.random_range(2000..=30_000));
     let mut phase = || generator.random_range(pace / 2..=pace * 3 / 2).max(1);
@@ -136,7 +136,7 @@ fn intermittent(generator: &mut impl Rng, from: u64) -> Vec<Stretch> {
     stretches
 }
 
-/// One of several: it begins at any time, stays, is repaired, or comes and goes.
+/// One of several faults: it begins at a random time, and stays, is repaired, or comes and goes.
 fn come_and_go(generator: &mut impl Rng) -> Vec<Stretch> {
     let from = generator.random_range(0..=8000);
     match generator.random_range(0..4) {

@@ -1,6 +1,6 @@
-//! Runs in which something is wrong that a single fault which stays does not show: hidden faults on commissioned plants,
-//! from the start, after a gap, creeping, behind another fault; and random histories of faults that come, go and overlap,
-//! lost samples and restarts. Whatever happens, nothing healthy may be named.
+//! Runs with conditions other than a single permanent fault: hidden faults on commissioned plants, i.e. faults from the
+//! start, after a gap, with slow growth, or behind another fault; and random histories of faults that appear, disappear
+//! and overlap, with lost samples and restarts. In no case may a healthy component be named.
 
 mod hidden;
 mod histories;
@@ -20,28 +20,28 @@ use crate::error::StudyError;
 use crate::report::Table;
 use crate::system::{CommissionedPlant, System};
 
-/// Faults that passed for healthy and are listed one by one.
+/// Most missed faults listed one by one.
 const SHOWN: usize = 10;
 
-/// Cases in situations that take turns.
+/// Cases in alternating situations.
 #[derive(Debug, Clone)]
 pub struct ConditionCampaign {
-    /// What they are of.
+    /// The system.
     pub system: System,
-    /// The situations. Histories have plants of their own, other situations commissioned ones.
+    /// The situations. Histories have their own plants, other situations use commissioned ones.
     pub situations: Vec<Situation>,
-    /// What hidden faults are.
+    /// Restrictions on hidden faults.
     pub hidden: HiddenFaults,
-    /// How many plants are commissioned.
+    /// The number of commissioned plants.
     pub plants: u64,
-    /// Cases of each of them; of histories, all cases.
+    /// Cases per commissioned plant; for histories, all cases.
     pub cases: u64,
-    /// Modules work without their peers, which alone know what is not a module's own fault.
+    /// Whether modules work without their peers, which are needed to recognise the effects of other modules' faults.
     pub alone: bool,
 }
 
 impl ConditionCampaign {
-    /// The situation of a case, and how often each situation has had its turn before.
+    /// The situation of a case, and how often it had its turn before.
     fn turn(&self, number: u64) -> (Situation, u64) {
         let count = self.situations.len() as u64;
         (self.situations[(number % count) as usize], number / count)
@@ -105,7 +105,7 @@ impl Campaign for ConditionCampaign {
             true => "Without peers a module takes what another's fault does to it for its own.",
             false => "",
         };
-        // What is repaired in a history is normal.
+        // A component repaired in a history is normal.
         let passed = if self.has_histories() { Vec::new() } else { passed_for_normal(rows) };
         (vec![summary.table().with_note(note)], passed)
     }

@@ -1,4 +1,4 @@
-//! What came of a case.
+//! The result of a case.
 
 use diagnosis::state::Condition;
 use diagnosis::{Doubt, Verdict};
@@ -9,19 +9,19 @@ use super::situation::Situation;
 use crate::case::{CampaignCase, CaseRun};
 use crate::rig::Diagnosed;
 
-/// How a faulty component stands at the end.
+/// The verdict on a faulty component at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Standing {
     /// It is declared faulty.
     Named,
-    /// It is the likeliest of several that may be.
+    /// It is the likeliest of several suspects.
     Likeliest,
-    /// It is another one of several.
+    /// It is another one of several suspects.
     InAGroup,
     /// Its change is explained by another fault, unconfirmed, or it cannot be compared.
     CannotTell,
-    /// It passes for healthy.
+    /// It is considered healthy.
     Normal,
 }
 
@@ -32,25 +32,25 @@ pub struct Faulty {
     pub component: ComponentPath,
     /// Its fault in words.
     pub fault: String,
-    /// How it stands at the end.
+    /// The verdict at the end.
     pub standing: Standing,
-    /// As of which step it was first named once it was faulty.
+    /// The step as of which it was first named after its fault had begun.
     pub named: Option<Step>,
 }
 
-/// What came of a case.
+/// The result of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConditionRow {
-    /// What was wrong.
+    /// The situation.
     pub situation: Situation,
     /// Seed of its plant's run.
     pub seed: u64,
-    /// Were samples lost or diagnosers restarted?
+    /// Whether samples were lost or diagnosers restarted.
     pub disturbed: bool,
-    /// Its faulty components in the order in which they became so.
+    /// Its faulty components, in the order of onset.
     pub faulty: Vec<Faulty>,
-    /// What was named and had never been faulty. A fault that begins while a change is held is one of those it is judged
-    /// by.
+    /// Components that were named but had never been faulty. A fault that begins while an earlier change awaits
+    /// judgement counts in that judgement.
     pub healthy_named: Vec<Diagnosed>,
     /// Healthy components that are suspected at the end, or cannot be compared.
     pub healthy_doubted: usize,
@@ -63,7 +63,7 @@ pub struct ConditionRow {
 }
 
 impl ConditionRow {
-    /// Of a case that is over.
+    /// The result of a case that has ended.
     pub(super) fn of(case: &CampaignCase<Situation>, run: &CaseRun) -> Self {
         let named = run.diagnosed();
         let was_faulty = |path: &ComponentPath, until: Step| {
@@ -125,7 +125,7 @@ impl ConditionRow {
     }
 }
 
-/// How a component stands of which this is known.
+/// The standing of a component with this verdict and condition.
 pub(crate) fn standing(path: &ComponentPath, verdict: &Verdict, condition: &Condition) -> Standing {
     let of_group = |suspects: &[ComponentPath]| match suspects.first() {
         Some(likeliest) if likeliest == path => Standing::Likeliest,

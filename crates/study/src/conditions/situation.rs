@@ -1,30 +1,30 @@
-//! What is wrong in a case.
+//! The situation of a case.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What is wrong in a case.
+/// The situation of a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Situation {
-    /// Nothing is wrong.
+    /// No fault.
     Healthy,
-    /// It is there from the first step on.
+    /// The fault is present from the first step on.
     FromTheStart,
-    /// It begins while samples are lost.
+    /// The fault begins while samples are lost.
     InAGap,
-    /// It begins while its diagnoser is down for longer than samples are kept.
+    /// The fault begins while its diagnoser is down for longer than the publisher stores samples.
     WhileDown,
     /// A gage drifts slowly.
     Drift,
-    /// It begins within five seconds of another one.
+    /// The fault begins within five seconds of another one.
     Second,
     /// A gage fails while a cylinder is hard over.
     DuringHardOver,
-    /// To be identified: nothing else happens.
+    /// For identification: a single fault.
     Alone,
-    /// To be identified: a cylinder has leaked or been hard over for a second or less, and gages show its effects.
+    /// For identification: a cylinder was leaking or hard over for up to a second before, and gages show the effects.
     AfterEffects,
     /// A history: one fault that is repaired soon.
     Repaired,
@@ -32,12 +32,12 @@ pub enum Situation {
     Intermittent,
     /// A history: a second fault after a first that stays.
     Overlapping,
-    /// A history: several, each repaired and perhaps back again.
+    /// A history: several faults, each repaired, some recurring.
     Several,
 }
 
 impl Situation {
-    /// Those that hide a fault from the change detector, and the one with none.
+    /// Situations that hide a fault from the change detector, and the one without a fault.
     pub const HIDDEN: [Self; 7] = [
         Self::Healthy,
         Self::FromTheStart,
@@ -48,7 +48,7 @@ impl Situation {
         Self::DuringHardOver,
     ];
 
-    /// What else happens before a fault that is to be identified.
+    /// Situations before a fault that is to be identified.
     pub const IDENTIFIED: [Self; 4] =
         [Self::Alone, Self::AfterEffects, Self::DuringHardOver, Self::Second];
 
@@ -76,7 +76,7 @@ impl Situation {
         }
     }
 
-    /// Is it one of [`Self::HISTORIES`]?
+    /// Whether it is one of [`Self::HISTORIES`].
     #[must_use]
     pub fn is_history(self) -> bool {
         Self::HISTORIES.contains(&self)

@@ -1,4 +1,4 @@
-//! What came of many cases, by situation.
+//! Results of many cases, by situation.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::report::{Table, interval};
 use crate::scenarios::FoundCount;
 use crate::statistics::{Interval95, share_interval};
 
-/// What came of a campaign.
+/// The results of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ConditionSummary {
     /// All cases.
@@ -20,28 +20,28 @@ pub struct ConditionSummary {
     pub situations: BTreeMap<Situation, ConditionTally>,
 }
 
-/// What came of cases.
+/// The results of some cases.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct ConditionTally {
-    /// How many there were.
+    /// The number of cases.
     pub cases: u64,
     /// Faulty components.
     pub faults: u64,
-    /// Those that are declared faulty at the end.
+    /// Faulty components declared faulty at the end.
     pub named: u64,
     /// Interval of their share (Clopper and Pearson).
     pub named_95: Interval95,
-    /// Those that are the likeliest of several at the end.
+    /// Faulty components that are the likeliest of several suspects at the end.
     pub likeliest: u64,
-    /// Those that are another one of several at the end.
+    /// Faulty components that are another one of several suspects at the end.
     pub in_a_group: u64,
-    /// Those that nothing is known of at the end.
+    /// Faulty components whose state is unknown at the end.
     pub cannot_tell: u64,
-    /// Those that pass for healthy at the end.
+    /// Faulty components considered healthy at the end.
     pub normal: u64,
-    /// First faults of cases, and those that were ever named.
+    /// First faults of cases, and the number ever named.
     pub first_faults: FoundCount,
-    /// Faults of other components after the first, likewise.
+    /// Later faults of other components, likewise.
     pub later_faults: FoundCount,
     /// Cases with changes that could not be judged in the end.
     pub not_judged: u64,
@@ -49,9 +49,9 @@ pub struct ConditionTally {
     pub healthy_named: u64,
     /// Interval of their share (Clopper and Pearson).
     pub healthy_named_95: Interval95,
-    /// Hours of the plant's time.
+    /// Hours of simulated time.
     pub hours: f64,
-    /// Questions put to peers.
+    /// Queries to peers per hour.
     pub questions_per_hour: f64,
 }
 

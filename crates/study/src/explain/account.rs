@@ -1,4 +1,4 @@
-//! What happened in a run, sorted out: every change with its verdict.
+//! Collects the events of a run: every change with its verdict.
 
 use diagnosis::state::{Condition, WindowLength};
 use diagnosis::{
@@ -15,16 +15,16 @@ use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
 use crate::scenarios::GageReading;
 use crate::system::System;
 
-/// What became of a change.
+/// The outcome of a change.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum ChangeFate {
     /// Its component was named as faulty.
     Fault { decided: Step },
     /// Another component's change, at the step `since`, explains it.
     Explained { by: ComponentPath, since: Step, decided: Step },
-    /// Its component was named before, by the change at this step: it was not judged any more.
+    /// Its component had been named before, because of the change at this step, so this change was not judged.
     Known { since: Step },
-    /// It was not judged before the run ended.
+    /// The run ended before it was judged.
     Open,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Changed {
     pub(super) rising_since: Step,
     /// D/γ at the change.
     pub(super) ratio: f64,
-    /// The largest D/γ until the tie window was over: this decides ties.
+    /// The largest D/γ until the end of the tie window, which decides ties.
     pub(super) peak: f64,
     /// The last step with D at γ or above.
     pub(super) until: Step,
@@ -45,7 +45,7 @@ pub(super) struct Changed {
 }
 
 impl Changed {
-    /// Not judged yet.
+    /// A change that is not judged yet.
     fn of(occurrence: &RigEvent) -> Option<Self> {
         let (component, change) = occurrence.change()?;
         Some(Self {
@@ -59,7 +59,7 @@ impl Changed {
         })
     }
 
-    /// As of which step it was judged.
+    /// The step as of which it was judged.
     pub(super) fn decided(&self) -> Option<Step> {
         match self.fate {
             ChangeFate::Fault { decided } | ChangeFate::Explained { decided, .. } => Some(decided),
@@ -74,46 +74,46 @@ impl Changed {
     }
 }
 
-/// A component that was faulty.
+/// A component that became faulty.
 pub(super) struct FaultyChannel {
     /// Its first fault.
     pub(super) first: TimedFault,
-    /// For a gage: what it read right before the fault.
+    /// For a gage: its reading right before the fault.
     pub(super) reading: Option<GageReading>,
-    /// When its channel's D/γ was largest since the fault began, and how large.
+    /// The step and value of the channel's largest D/γ since the fault began.
     pub(super) peak: Option<(Step, f64)>,
 }
 
-/// A run, sorted out.
+/// The events of a run.
 pub(super) struct Account<'a> {
     pub(super) system: &'a System,
     pub(super) number: u64,
-    /// What it is an example of.
+    /// Its kind.
     pub(super) kind: String,
     pub(super) seed: u64,
     pub(super) faults: Vec<TimedFault>,
     pub(super) gaps: Vec<SampleGap>,
-    /// Its components that became faulty, in the order in which they did.
+    /// Its faulty components, in the order of onset.
     pub(super) faulty: Vec<FaultyChannel>,
-    /// What was declared faulty, in order.
+    /// The components declared faulty, in order.
     pub(super) diagnosed: Vec<Diagnosed>,
-    /// Its last step and one more.
+    /// The step after its last one.
     pub(super) end: Step,
     pub(super) base_speed_m_per_s: f64,
-    /// All that happened, with its step, in order.
+    /// All events with their steps, in order.
     pub(super) moments: Vec<(Step, RigEvent)>,
     /// Conditions of components that changed, in order.
     pub(super) conditions: Vec<(Step, ComponentPath, String)>,
     /// All changes, in the order of their steps.
     pub(super) changes: Vec<Changed>,
-    /// The same, as a module judges them.
+    /// The same changes as a module judges them.
     known: Vec<KnownChange>,
-    /// From when on every channel was watched.
+    /// The step from which on every channel was watched.
     pub(super) watching_since: Option<Step>,
 }
 
 impl<'a> Account<'a> {
-    /// Runs a case and sorts out what happens.
+    /// Runs a case and collects its events.
     pub(super) fn take<C: Campaign>(
         campaign: &'a C,
         number: u64,
@@ -158,7 +158,7 @@ impl<'a> Account<'a> {
         Ok((account, row))
     }
 
-    /// Since when a component has been faulty, if it was at this step.
+    /// The onset of a component's fault, if it was faulty at this step.
     pub(super) fn faulty_since(&self, component: &ComponentPath, step: Step) -> Option<Step> {
         let of = |fault: &&TimedFault| fault.component == *component && fault.at <= step;
         self.faults.iter().filter(of).map(|fault| fault.at).max()
@@ -170,7 +170,7 @@ impl<'a> Account<'a> {
         self.diagnosed.iter().find(|d| d.component == *component && d.detection >= *at)
     }
 
-    /// What was named and had never been faulty when it changed.
+    /// Components that were named but had never been faulty when they changed.
     pub(super) fn wrong(&self) -> impl Iterator<Item = &Diagnosed> {
         let is_wrong = |d: &&Diagnosed| self.faulty_since(&d.component, d.detection).is_none();
         self.diagnosed.iter().filter(is_wrong)
@@ -184,12 +184,12 @@ impl<'a> Account<'a> {
         self.system.setups.iter().find(|setup| setup.module == *module)
     }
 
-    /// By which rule a module judges.
+    /// The rule by which a module judges.
     pub(super) fn rule(&self, module: &ModuleName) -> Rule {
         self.setup(module).map_or(Rule::default(), |setup| setup.isolation.rule)
     }
 
-    /// Within how many steps a module takes changes for a tie.
+    /// The number of steps within which a module treats changes as a tie.
     pub(super) fn tie_steps(&self, module: &ModuleName) -> u64 {
         self.setup(module).map_or(0, |setup| setup.isolation.tie_steps)
     }
@@ -206,7 +206,7 @@ impl<'a> Account<'a> {
         self.changes.iter().find(|c| c.step == step && c.component == *component)
     }
 
-    /// Looks at the latest step of the run.
+    /// Processes the latest step of the run.
     fn look(&mut self, rig: &Rig, occurrences: &[RigEvent]) {
         let Some(step) = rig.samples().first().map(|sample| sample.step) else { return };
         (self.end, self.base_speed_m_per_s) =
@@ -236,7 +236,7 @@ impl<'a> Account<'a> {
         }
     }
 
-    /// Notes which conditions have changed, once a window has ended; that nothing is wrong goes without saying.
+    /// Records changed conditions after a window has ended; initial agreement is not recorded.
     fn look_at_conditions(&mut self, rig: &Rig, step: Step) {
         let ended = |diagnoser: &&Diagnoser| diagnoser.window(WindowLength::Long).is_some();
         for diagnoser in rig.diagnosers().iter().filter(ended) {
@@ -254,7 +254,7 @@ impl<'a> Account<'a> {
     }
 }
 
-/// Of a component of which nothing else is known.
+/// The condition of a component in agreement with its reference.
 const AGREES: &str = "agrees with its reference";
 
 fn in_words(condition: &Condition) -> String {
@@ -300,7 +300,7 @@ fn ratio(rig: &Rig, path: &ComponentPath) -> f64 {
     evidence.map_or(0.0, diagnosis::Evidence::ratio)
 }
 
-/// The same, less what a cylinder's demand explains of it.
+/// Likewise, reduced by the part that a cylinder's demand explains.
 fn excess(rig: &Rig, path: &ComponentPath) -> f64 {
     channel(rig, path).map_or(0.0, |(diagnoser, place)| diagnoser.excess(place))
 }
@@ -311,7 +311,7 @@ fn channel<'a>(rig: &'a Rig, path: &ComponentPath) -> Option<(&'a Diagnoser, usi
     Some((diagnoser, place))
 }
 
-/// Finds out what became of every change.
+/// Determines the outcome of every change.
 fn judge(changes: &mut [Changed], moments: &[(Step, RigEvent)]) {
     let transitions: Vec<_> = moments.iter().filter_map(|(_, o)| o.transition()).collect();
     for changed in changes {
@@ -324,7 +324,7 @@ fn judge(changes: &mut [Changed], moments: &[(Step, RigEvent)]) {
 }
 
 impl Changed {
-    /// Takes a transition of its component into account.
+    /// Applies a transition of its component.
     fn take(&mut self, transition: &Transition) {
         let Transition { detection, decided, .. } = *transition;
         if detection == self.step {

@@ -1,5 +1,5 @@
-//! A case step by step, in words: what changed, which module asked which peer, and the reason
-//! for each verdict.
+//! Explains a case step by step in words: which channels changed, which module queried which peer, and the reason for
+//! each verdict.
 
 mod account;
 mod outcome;
@@ -18,10 +18,10 @@ use crate::error::StudyError;
 use account::Account;
 use story::CaseStory;
 
-/// What a line reports.
+/// The event that a line reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum LineKind {
-    /// What the run is.
+    /// The run and its conditions.
     Setting,
     /// Every channel is watched from here on.
     Watching,
@@ -29,11 +29,11 @@ pub enum LineKind {
     Injected,
     /// A fault ended.
     Repaired,
-    /// A diagnoser gets no samples, or is restarted.
+    /// A diagnoser receives no samples, or is restarted.
     Gap,
     /// A channel changed.
     Change,
-    /// A module asked a peer.
+    /// A module queried a peer.
     Asked,
     /// The peer answered.
     Answered,
@@ -43,13 +43,13 @@ pub enum LineKind {
     Fault,
     /// A change could not be judged.
     Unconfirmed,
-    /// What the comparison with a reference says of a component.
+    /// The comparison of a component with its reference.
     Condition,
-    /// What a fault may be.
+    /// The identification of a fault.
     Identified,
-    /// Several alike, in short.
+    /// A summary of similar events.
     More,
-    /// What came of the run.
+    /// The result of the run.
     Outcome,
     /// Why the outcome is not exact.
     Because,
@@ -83,11 +83,11 @@ impl LineKind {
 /// One line of an explanation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoryLine {
-    /// When it happened \[s\].
+    /// The time of the event \[s\].
     pub time_s: f64,
-    /// At which step it happened.
+    /// The step of the event.
     pub step: Step,
-    /// What it reports.
+    /// The event.
     pub kind: LineKind,
     /// The words, without a line break.
     pub text: String,
@@ -101,12 +101,12 @@ impl fmt::Display for StoryLine {
     }
 }
 
-/// A case in words.
+/// The explanation of a case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseExplanation<R> {
-    /// What happened, in order.
+    /// The events, in order.
     pub lines: Vec<StoryLine>,
-    /// What came of it.
+    /// The result of the case.
     pub row: R,
 }
 
@@ -117,10 +117,10 @@ impl<R> fmt::Display for CaseExplanation<R> {
     }
 }
 
-/// Runs a case once more and reports what happens.
+/// Runs a case again and reports its events.
 ///
 /// # Errors
-/// A plant or diagnosers that cannot be made.
+/// A plant or diagnosers cannot be created.
 pub fn explain<C: Campaign>(
     campaign: &C,
     number: u64,

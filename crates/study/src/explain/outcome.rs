@@ -7,10 +7,10 @@ use super::account::{Account, ChangeFate, FaultyChannel};
 use super::words::times;
 use crate::rig::{Diagnosed, TimedFault};
 
-/// A gage whose reading is not this many times its noise loses little when it reads nothing.
+/// A gage whose reading is below this multiple of its noise hardly changes when its output becomes zero.
 const CLEAR_READING: f64 = 10.0;
 
-/// The last lines of a story, which stand at the end of the run.
+/// The last lines of an explanation, at the end of the run.
 pub(super) fn render(account: &Account) -> Vec<(LineKind, String)> {
     let is_named = |faulty: &FaultyChannel| account.named(faulty).is_some();
     let is_exact = account.faulty.iter().all(is_named) && account.wrong().next().is_none();
@@ -95,7 +95,7 @@ fn why_not_changed(account: &Account, faulty: &FaultyChannel) -> String {
     }
 }
 
-/// Why a gage that reads nothing any more is not missed.
+/// Why the zero output of a gage was not detected.
 fn faint_reading(faulty: &FaultyChannel) -> Option<String> {
     let reading = faulty.reading.as_ref()?.over_noise();
     let silent = faulty.first.fault.kind() == FaultKind::ZeroOutput;

@@ -6,7 +6,7 @@ use vocabulary::{Component, ComponentPath, Step};
 use super::account::{Account, Changed};
 use super::words::{counted, list, times};
 
-/// Most rivals that are named.
+/// Most rivals listed.
 const SHOWN: usize = 3;
 
 /// Why the component that changed was named.
@@ -55,7 +55,7 @@ pub(super) fn of_explanation(
     }
 }
 
-/// How it is known that the change is an effect.
+/// How the change was recognised as an effect.
 fn how(account: &Account, changed: &Changed) -> Option<Explanation> {
     match account.reason(changed)? {
         Reason::Effect { how, .. } => Some(how),
@@ -107,7 +107,7 @@ fn of_root(account: &Account, changed: &Changed) -> String {
     )
 }
 
-/// Did the ratios decide between the change and its root cause?
+/// Whether the ratios decided between the change and its root cause.
 pub(super) fn is_tie(account: &Account, changed: &Changed) -> bool {
     account.rule(&changed.component.module) == Rule::FirstChange
         && how(account, changed) == Some(Explanation::Tie)

@@ -1,5 +1,5 @@
-//! From what happened to lines. The changes that decide something are shown one by one; those
-//! that only repeat what is known are summarised in one line for each cause.
+//! Converts events to lines. Changes that affect a verdict are shown one by one; repetitive ones are summarised in one
+//! line for each cause.
 
 use std::collections::BTreeMap;
 
@@ -13,10 +13,10 @@ use super::{LineKind, StoryLine, outcome, reason};
 use crate::rig::{RigEvent, TimedFault};
 use crate::scenarios::GageReading;
 
-/// Most changes of an answer, or channels of a summary, that are named.
+/// Most changes of an answer, or channels of a summary, that are listed.
 const SHOWN: usize = 4;
 
-/// Turns an account into lines.
+/// Converts the events of a run to lines.
 pub(super) struct CaseStory<'a> {
     account: &'a Account<'a>,
     clock: Clock,
@@ -58,7 +58,7 @@ impl<'a> CaseStory<'a> {
                 }
             }
         }
-        // What lies in the same step stays in the order in which it happened.
+        // A stable sort keeps the order of events in the same step.
         self.lines.sort_by_key(|line| line.step);
         for (kind, text) in outcome::render(self.account) {
             self.add(self.account.end, kind, text);
@@ -204,7 +204,7 @@ impl<'a> CaseStory<'a> {
         list(&named.collect::<Vec<_>>(), SHOWN)
     }
 
-    /// How many questions that are not shown these changes gave rise to.
+    /// The number of queries, not shown themselves, caused by these changes.
     fn questions_for(&self, places: &[usize]) -> usize {
         let about = |asker: &ModuleName, question: &Question| {
             places.iter().any(|&place| {
@@ -221,7 +221,7 @@ impl<'a> CaseStory<'a> {
         hidden.count()
     }
 
-    /// Does a verdict that is shown rest on this question?
+    /// Whether a verdict that is shown depends on this query.
     fn is_needed(&self, asker: &ModuleName, question: &Question) -> bool {
         self.account.changes.iter().zip(&self.shown).any(|(changed, shown)| {
             let waits = match &changed.fate {
@@ -250,7 +250,7 @@ impl<'a> CaseStory<'a> {
         };
         let changed = self.changes_text(peer, changes);
         let held = self.faults_text(peer, actuator_faults);
-        // What the asker judges by comes first.
+        // The changes by which the querying module judges come first.
         let text = match (self.account.rule(asker), held) {
             (Rule::FirstChange, None) => changed,
             (Rule::FirstChange, Some(held)) => format!("{changed}; {held}"),
@@ -300,8 +300,8 @@ impl<'a> CaseStory<'a> {
     }
 }
 
-/// Need two changes not be shown one by one for the same cause: because their component was named as faulty before, or
-/// because the same change explains them?
+/// Whether two changes need not both be shown: because their component had been named before, or because the same
+/// change explains them.
 fn is_alike(one: &Changed, other: &Changed) -> bool {
     match (&one.fate, &other.fate) {
         (ChangeFate::Known { .. }, ChangeFate::Known { .. }) => one.component == other.component,
@@ -313,8 +313,8 @@ fn is_alike(one: &Changed, other: &Changed) -> bool {
     }
 }
 
-/// Which changes are shown one by one: faults, what was not judged, the first change of each faulty
-/// component, and of the explained ones the first of each module for each root and the root's ties.
+/// Chooses the changes shown one by one: faults, changes that were not judged, the first change of each faulty
+/// component, and of the explained changes the first of each module for each root cause and its ties.
 fn choose(account: &Account) -> Vec<bool> {
     let mut seen: Vec<(&ModuleName, &ComponentPath, Step)> = Vec::new();
     let mut faulty_shown: Vec<&ComponentPath> = Vec::new();

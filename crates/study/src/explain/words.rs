@@ -1,8 +1,8 @@
-//! Numbers and times as people read them.
+//! Numbers and times in a readable format.
 
 use vocabulary::Step;
 
-/// Writes steps as times.
+/// Formats steps as times.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clock {
     /// Length of a step \[s\].
@@ -33,7 +33,7 @@ impl Clock {
 /// A ratio: `less than 0.1 times`, `3.1 times`, `512 times`.
 pub(super) fn times(ratio: f64) -> String {
     match ratio {
-        // Written otherwise it would read as if it were at the threshold.
+        // Rounding would suggest that it reached the threshold.
         r if (0.95..1.0).contains(&r) => "0.9 times".to_owned(),
         r if r < 0.05 => "less than 0.1 times".to_owned(),
         r if r < 100.0 => format!("{r:.1} times"),
@@ -58,7 +58,7 @@ pub(super) fn counted(count: usize, noun: &str) -> String {
 
 /// The first `shown` of a list, and how many more there are.
 pub(super) fn list(items: &[String], shown: usize) -> String {
-    // One more costs no more room than to say that there is one.
+    // Listing one more is as short as stating that there is one more.
     if items.len() <= shown + 1 {
         return items.join(", ");
     }

@@ -9,7 +9,7 @@ use crate::identification::{
 
 const HEIGHT_PX: f64 = 150.0;
 
-/// The shares as SVG: a panel for each time since the component was declared faulty, a line for each kind that has a size.
+/// The shares as SVG: a panel for each time since the component was declared faulty, a line for each kind with a size.
 /// Sizes are in limits of their kind.
 #[must_use]
 pub fn identification_figure(tally: &IdentificationSummary) -> String {

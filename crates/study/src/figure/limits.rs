@@ -4,17 +4,17 @@ use figure::plot::{Figure, Panel, PanelRow, PlotAxis, Series, SeriesStyle, Shape
 
 use crate::limits::{LimitCurve, LimitDetector, SizedKind, Within, curves};
 
-/// The axis of times \[s\]: from a step to what a run lasts.
+/// The axis of times \[s\]: from one step to the duration of a run.
 const TIMES_S: [f64; 2] = [1e-3, 30.0];
-/// Room above the largest and below the smallest size, as a factor.
+/// Space above the largest and below the smallest size, as a factor.
 const ROOM: f64 = 1.25;
 const HEIGHT_PX: f64 = 160.0;
-/// Lines of the first weather are this wide, those of each further one so much less \[px\].
+/// Line width of the first weather, reduced for each further one \[px\].
 const WIDEST_PX: f64 = 3.4;
 const WIDTH_STEP_PX: f64 = 1.1;
 
-/// The limits as SVG: of each kind of fault the smallest size that is found in 95 % of the runs within a time, both
-/// logarithmic; of a bias also the smallest one of which the right gage is known. A line each for detector and weather.
+/// The limits as SVG: for each kind of fault the smallest size found in 95 % of the runs against time, both
+/// logarithmic; for a bias also the smallest one whose gage is identified. One line for each detector and weather.
 #[must_use]
 pub fn limits_figure(all: &[LimitCurve]) -> String {
     let of_kind = |kind| {
@@ -60,8 +60,8 @@ fn panel(
     Panel::new(format!("{}, {what}", kind.title()), x, y, series.collect())
 }
 
-/// A colour, marker and width for each weather, so that a line under another one is seen; dotted where a fault has to
-/// jump.
+/// A colour, marker and width for each weather, so that overlapping lines are visible; dotted for the detector that
+/// needs a jump.
 fn stroke(place: usize, detector: LimitDetector) -> SeriesStyle {
     let stroke = SeriesStyle::nth(place).solid();
     let stroke = match detector {
@@ -71,13 +71,13 @@ fn stroke(place: usize, detector: LimitDetector) -> SeriesStyle {
     SeriesStyle { width: (WIDEST_PX - WIDTH_STEP_PX * place as f64).max(1.0), ..stroke }
 }
 
-/// A staircase, as a size holds from its time on until the next, and markers at what was measured.
+/// A staircase, because a size applies from its time until the next, with markers at measured points.
 fn series(name: &str, stroke: SeriesStyle, curve: &[Within]) -> [Series; 3] {
     let measured: Vec<[f64; 2]> = curve.iter().map(|step| [step.within_s, step.size]).collect();
     let untils = measured.iter().skip(1).map(|[time, _]| *time).chain([TIMES_S[1]]);
     let stairs = measured.iter().zip(untils).flat_map(|(step, until)| [*step, [until, step[1]]]);
     [
-        // Only the legend shows line and marker together: a staircase has no markers at its inner corners.
+        // Only the legend shows line and marker together, because a staircase has no markers at its inner corners.
         Series::new(name, Shape::MarkedLine, stroke, Vec::new()),
         Series::new("", Shape::Line, stroke, stairs.collect()),
         Series::new("", Shape::Dots, stroke, measured),

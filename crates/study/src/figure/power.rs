@@ -11,16 +11,16 @@ use crate::statistics::Interval95;
 const COLUMNS: usize = 3;
 /// The probability of isolation that defines the minimum isolable fault.
 const RELIABLE: f64 = 0.95;
-/// The axis of probabilities \[%\], with some room for markers at either end.
+/// The axis of probabilities \[%\], with space for markers at either end.
 const PERCENT: [f64; 2] = [-4.0, 104.0];
-/// Room above the largest delay, as a share of it.
+/// Space above the largest delay, as a share of it.
 const ROOM: f64 = 1.15;
 
 /// Power curves as SVG: for each, isolation probability with its confidence band and, below, the
 /// median delay, both against the fault's size on a logarithmic axis.
 #[must_use]
 pub fn power_figure(curves: &[LimitCurve]) -> String {
-    // As few columns as leave no more rows than the most would.
+    // As few columns as possible without more rows than with the maximum number of columns.
     let rows = curves.len().div_ceil(COLUMNS).max(1);
     let columns = curves.len().div_ceil(rows).max(1);
     let rows = curves.chunks(columns).flat_map(|curves| {
@@ -78,13 +78,13 @@ fn stroke() -> SeriesStyle {
     SeriesStyle { width: 1.8, ..SeriesStyle::nth(0) }
 }
 
-/// The same for both panels of a curve, whichever points they have.
+/// The common axis of sizes of both panels of a curve.
 fn size_axis(curve: &LimitCurve) -> PlotAxis {
     let sizes = curve.points.iter().map(|point| point.size).filter(|size| *size > 0.0);
     let ends = [f64::INFINITY, 0.0];
     let [low, high] = sizes.fold(ends, |[low, high], x| [low.min(x), f64::max(high, x)]);
     let axis = PlotAxis::log(format!("size [{}]", curve.unit));
-    // A little room, the same on either side.
+    // Some space on either side.
     if low <= high { axis.over([low / 1.15, high * 1.15]) } else { axis.over([0.1, 10.0]) }
 }
 

@@ -1,5 +1,5 @@
-//! Which fault is to be identified in a case, how large it is, and what else happens: it follows from the seed and the
-//! case's number alone.
+//! Draws the fault to be identified in a case, its size, and the other events; all determined by the seed and the
+//! case's number.
 
 use std::fmt;
 
@@ -15,16 +15,16 @@ use crate::draw::{Draw, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
-/// Cases draw from streams of their own.
+/// Random stream of these cases.
 const FIRST_STREAM: u64 = 5 << 60;
-/// Sizes are drawn from and up to so many times the limit of their kind, as likely between 1 and 2 as between 10 and 20.
+/// Range of sizes in limits of their kind, from which sizes are drawn log-uniformly.
 const IN_LIMITS: [f64; 2] = [0.5, 64.0];
-/// In service, compared several times, before something happens \[s\].
+/// Time in service, with several comparisons, before the first fault \[s\].
 const BEFORE_S: [f64; 2] = [6.0, 8.0];
-/// After the fault \[s\].
+/// Time after the fault \[s\].
 const AFTER_S: f64 = 12.0;
 
-/// When the other fault begins before the one to be identified \[s\].
+/// How long before the fault to be identified the other fault begins \[s\].
 fn earlier_s(situation: Situation) -> Option<[f64; 2]> {
     match situation {
         Situation::AfterEffects => Some([0.2, 1.0]),
@@ -34,14 +34,15 @@ fn earlier_s(situation: Situation) -> Option<[f64; 2]> {
     }
 }
 
-/// Which cases are drawn.
+/// Restrictions on the cases drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct IdentificationCases {
-    /// Only this kind of fault; otherwise all take turns.
+    /// Only this kind of fault; otherwise all kinds take turns.
     pub kind: Option<FaultKind>,
-    /// Only in this situation, one of [`Situation::IDENTIFIED`]; otherwise they take turns, nothing else happening in two of five.
+    /// Only this situation, one of [`Situation::IDENTIFIED`]; otherwise they take turns, with no other event in two of
+    /// five.
     pub situation: Option<Situation>,
-    /// Every fault that has a size is so many times the limit of its kind.
+    /// All faults with a size have this multiple of the limit of their kind.
     pub in_limits: Option<f64>,
 }
 
@@ -55,7 +56,7 @@ impl IdentificationCases {
         (kind, self.situation.unwrap_or(TURNS[(round % 5) as usize]))
     }
 
-    /// Draws a case, whose last fault is to be identified. `None` if nothing can break so.
+    /// Draws a case, whose last fault is to be identified. `None` if no component can have the fault.
     pub(super) fn draw(
         self,
         system: &System,
@@ -86,8 +87,8 @@ impl IdentificationCases {
     }
 }
 
-/// The smallest size of a kind that one of the two detectors finds within about two seconds; `None` if it has no size.
-/// The unit is that of the fault's parameter, of gages per metre of their length.
+/// The smallest size of a kind that either detector finds within about two seconds; `None` if the kind has no size. The
+/// unit is that of the fault's parameter; for gages per metre of their length.
 #[must_use]
 fn limit(kind: FaultKind) -> Option<f64> {
     match kind {
@@ -96,11 +97,11 @@ fn limit(kind: FaultKind) -> Option<f64> {
             Some(1e-8)
         }
         FaultKind::Bias | FaultKind::Intermittent => Some(3e-6),
-        // It comes to a detectable bias in a second.
+        // Reaches a detectable bias in a second.
         FaultKind::Drift => Some(3e-6),
-        // It has wandered by a detectable bias after a hundred steps of a millisecond.
+        // Deviates by a detectable bias after a hundred steps of a millisecond.
         FaultKind::RandomWalk => Some(0.3e-6),
-        // Of a load of 100 µε.
+        // For a load of 100 µε.
         FaultKind::Gain => Some(0.03),
         FaultKind::Stiction => Some(1e-6),
         FaultKind::HardOver | FaultKind::ZeroOutput | FaultKind::Stuck | FaultKind::NoSignal => {
@@ -109,12 +110,12 @@ fn limit(kind: FaultKind) -> Option<f64> {
     }
 }
 
-/// What is to be identified in a case.
+/// The situation and size of a fault to be identified.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IdentificationTask {
-    /// What else happens.
+    /// The other events.
     pub situation: Situation,
-    /// How many times the limit of its kind the fault is; `None` if it has no size.
+    /// The size of the fault in limits of its kind; `None` if it has no size.
     pub in_limits: Option<f64>,
 }
 
@@ -133,11 +134,11 @@ impl Draw<'_> {
         let size_m = size * gage_length_m(&self.system.structure, component);
         match kind {
             FaultKind::Bias | FaultKind::Drift => fault_of_size(kind, self.sign() * size_m),
-            // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
+            // The limit is for steps of a millisecond; the spread of a walk grows with the square root of time.
             FaultKind::RandomWalk => {
                 fault_of_size(kind, size_m * (self.system.parameters.step_s / 1e-3).sqrt())
             }
-            // A gain below one cannot be off by more than one.
+            // A gain below one can deviate by at most one.
             FaultKind::Gain => match size < 0.9 && self.generator.random() {
                 true => fault_of_size(kind, 1.0 - size),
                 false => fault_of_size(kind, 1.0 + size),
@@ -151,7 +152,7 @@ impl Draw<'_> {
         }
     }
 
-    /// What is wrong before, in another component, well above its limit.
+    /// An earlier fault in another component, well above its limit.
     fn other(
         &mut self,
         situation: Situation,

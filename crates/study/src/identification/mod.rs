@@ -1,4 +1,4 @@
-//! What kind of fault it is, and how large: is the diagnosers' word right, and how soon?
+//! Studies identification: whether the diagnosers state the right kind and size of a fault, and how soon.
 
 mod draw;
 mod row;
@@ -22,13 +22,13 @@ use crate::system::{CommissionedPlant, System};
 /// Faults of commissioned plants that are to be identified.
 #[derive(Debug, Clone)]
 pub struct IdentificationCampaign {
-    /// What they are of.
+    /// The system.
     pub system: System,
-    /// Which.
+    /// Restrictions on the cases.
     pub of: IdentificationCases,
-    /// How many plants are commissioned.
+    /// The number of commissioned plants.
     pub plants: u64,
-    /// Faults of each of them.
+    /// Faults per plant.
     pub cases: u64,
 }
 

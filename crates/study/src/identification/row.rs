@@ -1,4 +1,4 @@
-//! What the diagnosers say of a case's fault.
+//! The diagnosers' statements on the fault of a case.
 
 use diagnosis::Verdict;
 use diagnosis::identification::{DECIDED, IdentificationResult};
@@ -14,14 +14,14 @@ use crate::conditions::Situation;
 use crate::error::StudyError;
 use crate::rig::RigEvent;
 
-/// What was said of the fault as of some time.
+/// The identification of the fault at some time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdentificationStatement {
-    /// Since the component was declared faulty \[s\].
+    /// Time since the component was declared faulty \[s\].
     pub after_s: f64,
-    /// What it may be with its probability, the most probable first.
+    /// The possible kinds with their probabilities, most probable first.
     pub kinds: Vec<(FaultKind, f64)>,
-    /// The size of the most probable one, if it has one: lower end, middle, upper end.
+    /// The size of the most probable kind, if it has one: lower end, middle, upper end.
     pub size: Option<[f64; 3]>,
 }
 
@@ -42,10 +42,10 @@ impl IdentificationStatement {
     }
 }
 
-/// What came of a case.
+/// The result of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdentificationRow {
-    /// What else happened.
+    /// The other events.
     pub situation: Situation,
     /// The faulty component.
     pub component: ComponentPath,
@@ -57,10 +57,10 @@ pub struct IdentificationRow {
     pub size: Option<f64>,
     /// The size in limits of its kind, if it has one.
     pub in_limits: Option<f64>,
-    /// From the fault's first sample to the step as of which the component was declared faulty \[s\]; `None` if it never
-    /// was, or was before.
+    /// Time from the fault's first sample to the step as of which the component was declared faulty \[s\]; `None` if it
+    /// never was, or was before.
     pub named_after_s: Option<f64>,
-    /// What was said of it, in order.
+    /// The identifications, in order.
     pub words: Vec<IdentificationStatement>,
 }
 
@@ -104,13 +104,13 @@ impl IdentificationRow {
         Ok(row)
     }
 
-    /// The kind that was decided within a time from when the component was declared faulty; `None` if it never was.
+    /// The kind decided within a time after the component was declared faulty; `None` if it never was decided.
     pub(super) fn decided_within(&self, time_s: f64) -> Option<FaultKind> {
         self.named_after_s?;
         self.within(time_s)?.decided()
     }
 
-    /// The latest word within a time from when the component was declared faulty.
+    /// The latest identification within a time after the component was declared faulty.
     #[must_use]
     pub fn within(&self, time_s: f64) -> Option<&IdentificationStatement> {
         self.words.iter().rev().find(|word| word.after_s <= time_s + 1e-9)
@@ -122,7 +122,7 @@ fn seconds(from: Step, until: Step, step_s: f64) -> f64 {
     (until.since(from) as f64 * step_s * 1e9).round() / 1e9
 }
 
-/// The size that [`Candidate::size`](vocabulary::Candidate::size) is about.
+/// The size that corresponds to [`Candidate::size`](vocabulary::Candidate::size).
 fn stated_size(fault: &Fault) -> Option<f64> {
     match *fault {
         Fault::InternalLeakage { area_m2 }

@@ -83,7 +83,7 @@ fn undecided(tally: &IdentificationSummary) -> Table {
     )
 }
 
-/// One row for each true kind, one column for each that was taken for it.
+/// A row for each true kind, a column for each stated kind.
 fn confusion(title: &str, rows: &BTreeMap<FaultKind, KindRow>) -> Table {
     let taken: Vec<FaultKind> = FaultKind::ALL
         .into_iter()

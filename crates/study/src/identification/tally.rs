@@ -1,4 +1,4 @@
-//! What came of many cases: which kind was taken for which, which sizes were covered, what stayed open.
+//! Results of many cases: confusion of kinds, coverage of sizes, undecided faults.
 
 use std::collections::BTreeMap;
 
@@ -10,24 +10,24 @@ use crate::campaign::{Rows, grouped};
 use crate::conditions::Situation;
 use crate::statistics::{Interval95, nearest_rank, share_interval};
 
-/// Faults count for what is claimed from so many times the limit of their kind on.
+/// Claims are about faults from this multiple of the limit of their kind on.
 const CLAIMED_IN_LIMITS: f64 = 2.0;
 /// Ends of the ranges of sizes, in limits of their kind, that undecided faults are counted in.
 pub const SIZES_IN_LIMITS: [f64; 8] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 
-/// When words count in the end, since the component was declared faulty \[s\].
+/// Time after which identifications are final, since the component was declared faulty \[s\].
 const IN_THE_END_S: f64 = f64::INFINITY;
 
-/// What faults of one kind were taken for.
+/// The stated kinds of faults of one true kind.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct KindRow {
-    /// How many there were.
+    /// The number of faults.
     pub cases: u64,
     /// Their component was not declared faulty.
     pub not_named: u64,
-    /// No kind was decided.
+    /// Faults whose kind was not decided.
     pub undecided: u64,
-    /// These kinds were.
+    /// The decided kinds.
     pub decided: BTreeMap<FaultKind, u64>,
 }
 
@@ -45,16 +45,16 @@ impl KindRow {
     }
 }
 
-/// How the stated sizes of one kind compare with the true ones, of the faults that were decided rightly.
+/// Stated sizes of one kind compared with the true ones, for correctly decided faults.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sizing {
-    /// How many sizes were stated.
+    /// The number of stated sizes.
     pub stated: u64,
-    /// How many of the 95 % intervals hold the true size.
+    /// The number of 95 % intervals that contain the true size.
     pub covered: u64,
     /// Interval of that share.
     pub covered_95: Interval95,
-    /// How many lie below the true size, and above it, in magnitude.
+    /// The number of intervals below the true size, and above it, in magnitude.
     pub below: u64,
     /// See `below`.
     pub above: u64,
@@ -62,18 +62,18 @@ pub struct Sizing {
     pub median_error: f64,
 }
 
-/// What came of the faults in one situation.
+/// The results for faults in one situation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct SituationRow {
     /// Faults whose component was declared faulty.
     pub named: u64,
-    /// Of these, those whose kind was decided within a second.
+    /// Faults, among these, whose kind was decided within a second.
     pub decided: u64,
-    /// Of these, those that are of this kind.
+    /// Faults, among these, whose decided kind is right.
     pub right: u64,
-    /// The same in the end.
+    /// Like `decided`, at the end.
     pub decided_in_the_end: u64,
-    /// The same in the end.
+    /// Like `right`, at the end.
     pub right_in_the_end: u64,
 }
 
@@ -86,14 +86,14 @@ pub struct UndecidedBySize {
     pub to: f64,
     /// Faults whose component was declared faulty.
     pub named: u64,
-    /// Of these, those whose kind was undecided at each of [`UNDECIDED_AFTER_S`].
+    /// Faults, among these, whose kind was undecided at each of [`UNDECIDED_AFTER_S`].
     pub undecided: [u64; 3],
 }
 
-/// When undecided faults are counted, since their component was declared faulty \[s\].
+/// Times at which undecided faults are counted, since their component was declared faulty \[s\].
 pub const UNDECIDED_AFTER_S: [f64; 3] = [0.2, 1.0, 10.0];
 
-/// Faults of every kind from twice the limit of their kind on.
+/// Faults of all kinds from twice the limit of their kind on.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Right {
     /// Those that were decided within a second.
@@ -104,7 +104,7 @@ pub struct Right {
     pub right_95: Interval95,
 }
 
-/// What came of a campaign.
+/// The results of a campaign.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IdentificationSummary {
     /// All faults.
@@ -160,7 +160,7 @@ impl IdentificationSummary {
     }
 }
 
-/// How many are decided within a time, and how many of these rightly.
+/// The number of faults decided within a time, and of those decided correctly.
 fn decided_and_right(records: &[&IdentificationRow], until_s: f64) -> [u64; 2] {
     let decided = records.iter().filter_map(|row| Some((row.decided_within(until_s)?, row.kind)));
     let right = decided.clone().filter(|(decided, kind)| decided == kind);
@@ -177,14 +177,14 @@ impl SituationRow {
 }
 
 impl Sizing {
-    /// Of faults of one kind; `None` if no size is stated of any.
+    /// The results for faults of one kind; `None` if no size was stated.
     fn of(records: &[&IdentificationRow], until_s: f64) -> Option<Self> {
         let size = |row: &&IdentificationRow| {
             row.decided_within(until_s).filter(|kind| *kind == row.kind)?;
             Some((row.size?, row.within(until_s)?.size?))
         };
         let sizes: Vec<(f64, [f64; 3])> = records.iter().filter_map(size).collect();
-        // A size and its mirror image are as far off.
+        // A size and its mirror image have the same error.
         let ends = |(truth, [low, _, high]): &(f64, [f64; 3])| match *truth < 0.0 {
             true => (-truth, -high, -low),
             false => (*truth, *low, *high),

@@ -1,4 +1,4 @@
-//! The curves that follow from the runs.
+//! Curves computed from the runs.
 
 use serde::Serialize;
 
@@ -7,10 +7,10 @@ use super::question::{LimitDetector, LimitQuestion, SizedKind};
 use crate::report::Table;
 use crate::statistics::{Delays, Interval95, nearest_rank, share_interval};
 
-/// The share of the runs that a limit holds for.
+/// The share of runs for which a limit holds.
 const SURELY: f64 = 0.95;
 
-/// The times that the tables are of \[s\], and what those are called.
+/// The times in the tables \[s\], and their names.
 const TIMES: [(f64, &str); 8] = [
     (0.01, "10 ms"),
     (0.03, "30 ms"),
@@ -26,14 +26,14 @@ const FOUND: &str = "change: the fault jumps in; a change that no other fault ex
                      first sample on;\ndeclared faulty, or one of several suspects.";
 const RIGHT: &str = "declared faulty, or the likeliest of several suspects.";
 
-/// What was measured.
+/// The measured limits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitSummary {
     /// One for each system, detector and kind of fault.
     pub curves: Vec<LimitCurve>,
 }
 
-/// How one detector does against one kind of fault.
+/// The performance of one detector for one kind of fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitCurve {
     /// Name of the system: its weather.
@@ -46,41 +46,41 @@ pub struct LimitCurve {
     pub unit: &'static str,
     /// The sizes tried, ascending.
     pub points: Vec<LimitPoint>,
-    /// The smallest size found in 95 % of the runs against the time, and so are all larger ones. Times ascend, sizes
-    /// descend; each holds from its time on until the next.
+    /// The smallest size found in 95 % of the runs, together with all larger ones, against time. Times ascend, sizes
+    /// descend; each applies from its time until the next.
     pub found: Vec<Within>,
-    /// The smallest size of which the right component is known, likewise.
+    /// The smallest size whose component is identified, likewise.
     pub right: Vec<Within>,
 }
 
-/// What became of the runs with a fault of one size.
+/// The results of runs with a fault of one size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct LimitPoint {
     /// Size of the fault, in the unit of the curve.
     pub size: f64,
-    /// How many runs.
+    /// The number of runs.
     pub runs: u64,
-    /// Those in which it is found.
+    /// Runs in which the fault was found.
     pub found: Reached,
-    /// Those in which the right component is known.
+    /// Runs in which the right component was identified.
     pub right: Reached,
 }
 
-/// In how many runs something is so by their end, and since when.
+/// The number of runs in which a condition holds at the end, and the delays.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Reached {
     /// How many.
     pub count: u64,
     /// Interval of their share (Clopper and Pearson).
     pub share_95: Interval95,
-    /// Half of them take no longer from the fault's first sample on \[ms\].
+    /// Half of these runs take at most this long from the fault's first sample on \[ms\].
     pub median_delay_ms: Option<f64>,
-    /// In 95 % of all runs it is so within this time from the fault's first sample on, which counts as one step \[s\];
-    /// `None` if it is in fewer.
+    /// In 95 % of all runs the condition holds within this time from the fault's first sample on, which counts as one
+    /// step \[s\]; `None` if it holds in fewer runs.
     pub within_s: Option<f64>,
 }
 
-/// A size that is reached within a time.
+/// A size reached within a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Within {
     /// The time \[s\].
@@ -105,7 +105,7 @@ impl LimitCurve {
         }
     }
 
-    /// The smallest size from which on all sizes are right in 95 % of the runs.
+    /// The smallest size from which on all sizes are identified in 95 % of the runs.
     #[must_use]
     pub fn smallest(&self) -> Option<f64> {
         self.right.last().map(|within| within.size)
@@ -113,7 +113,7 @@ impl LimitCurve {
 }
 
 impl LimitPoint {
-    /// Of the runs of a size, in steps of `step_s`.
+    /// The results of runs with this size, in steps of `step_s`.
     pub(super) fn of(size: f64, rows: &[LimitRow], step_s: f64) -> Self {
         let reached =
             |of: fn(&LimitRow) -> Option<u64>| Reached::of(rows.iter().map(of).collect(), step_s);
@@ -123,10 +123,10 @@ impl LimitPoint {
 }
 
 impl Reached {
-    /// Of the delays of all runs, in steps of `step_s`.
+    /// Evaluates the delays of all runs, in steps of `step_s`.
     fn of(mut delays: Vec<Option<u64>>, step_s: f64) -> Self {
         delays.sort_unstable_by_key(|delay| delay.unwrap_or(u64::MAX));
-        // A billionth of a second is finer than any step.
+        // Rounded to a nanosecond, which is finer than any step.
         let seconds = |delay: u64| ((delay + 1) as f64 * step_s * 1e9).round() / 1e9;
         let count = delays.iter().flatten().count() as u64;
         Self {
@@ -138,13 +138,14 @@ impl Reached {
     }
 }
 
-/// From the largest size downwards, as far as 95 % are reached. One that takes less time than a larger one is as slow.
+/// From the largest size downwards until 95 % are not reached. A size that takes less time than a larger one is treated
+/// as equally slow.
 fn smallest_sizes(points: &[LimitPoint], of: impl Fn(&LimitPoint) -> Reached) -> Vec<Within> {
     let mut sizes: Vec<Within> = Vec::new();
     for point in points.iter().rev() {
         let Some(time) = of(point).within_s else { break };
         let within_s = sizes.last().map_or(time, |larger| larger.within_s.max(time));
-        // The smaller of two that take the same time is the limit.
+        // Of two sizes that take the same time, the smaller is the limit.
         sizes.pop_if(|larger| larger.within_s == within_s);
         sizes.push(Within { within_s, size: point.size });
     }
@@ -207,7 +208,7 @@ impl LimitSummary {
         Table::new(title, &heading, all.map(row).collect()).with_note(note)
     }
 
-    /// How long it takes until faults of each size are found.
+    /// The time needed to find faults of each size.
     fn sizes(&self, kind: SizedKind) -> Table {
         let of_kind = || curves(&self.curves, kind);
         let names = of_kind().map(|curve| format!("{}, {}", curve.detector.title(), curve.weather));
@@ -224,7 +225,7 @@ impl LimitSummary {
     }
 }
 
-/// In plain digits or, if it is as small as a leak, as a power of ten.
+/// With plain digits or, for sizes as small as those of leaks, as a power of ten.
 fn number(size: f64) -> String {
     if size < 1e-3 { format!("{size:e}") } else { size.to_string() }
 }

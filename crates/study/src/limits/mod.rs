@@ -1,4 +1,4 @@
-//! Smallest fault against time: the same runs again and again, with faults of growing size, for each detector.
+//! Smallest fault against time: repeats runs with faults of increasing size, for each detector.
 
 mod curve;
 mod outcome;
@@ -19,21 +19,21 @@ use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
 use outcome::{DetectionOutcome, Since};
 
-/// So many runs of each size of each kind of fault, for each detector and system.
+/// Runs for each size of each kind of fault, detector and system.
 #[derive(Debug, Clone)]
 pub struct LimitCampaign {
-    /// What they are of.
+    /// The systems.
     pub systems: Vec<System>,
-    /// How many plants of each are commissioned.
+    /// The number of commissioned plants per system.
     pub plants: u64,
     /// Runs of each size.
     pub runs: u64,
-    /// What is asked of so many runs each, those of a curve one after the other.
+    /// The questions, each studied with so many runs; those of a curve are consecutive.
     pub questions: Vec<LimitQuestion>,
 }
 
 impl LimitCampaign {
-    /// The minimum isolable fault of kinds that are measured in noise; otherwise limits of both detectors.
+    /// The minimum isolable fault for kinds measured in noise; otherwise limits of both detectors.
     #[must_use]
     pub fn new(systems: Vec<System>, plants: u64, runs: u64, isolation: bool) -> Self {
         let detectors: &[LimitDetector] = match isolation {
@@ -53,7 +53,7 @@ impl LimitCampaign {
         Self { systems, plants, runs, questions }
     }
 
-    /// What is asked of a case, and the number of its run.
+    /// The question of a case, and the number of its run.
     fn question(&self, case: u64) -> (LimitQuestion, u64) {
         (self.questions[(case / self.runs) as usize], case % self.runs)
     }
@@ -88,7 +88,7 @@ impl Campaign for LimitCampaign {
         case.ok_or(StudyError::NothingToBreak)
     }
 
-    /// A change or a comparison is followed until the component is declared faulty, which it then stays.
+    /// A change or a comparison is followed until the component is declared faulty, which is final.
     fn judge(
         &self,
         case: &CampaignCase<LimitQuestion>,

@@ -1,4 +1,4 @@
-//! What a detector has found out of a run's component: when it was found, and when the right one was known.
+//! The findings of a detector in a run: when the fault was found, and when the right component was identified.
 
 use diagnosis::{Symptom, Verdict};
 use serde::{Deserialize, Serialize};
@@ -8,17 +8,18 @@ use super::question::LimitDetector;
 use crate::conditions::{Standing, standing};
 use crate::rig::{Diagnosed, Rig, TimedFault};
 
-/// When it was found, and when the right component was known, in steps from the fault's first sample on, which is 0.
+/// When the fault was found, and when the right component was identified, in steps from the fault's first sample on,
+/// which is 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LimitRow {
-    /// When it was found; `None` if it was not.
+    /// When the fault was found; `None` if it was not.
     pub found: Option<u64>,
-    /// When the right component was known, likewise.
+    /// When the right component was identified, likewise.
     pub right: Option<u64>,
 }
 
 impl LimitRow {
-    /// Of what was declared faulty in a run with this fault.
+    /// Evaluates the components declared faulty in a run with this fault.
     pub(super) fn of_isolation(diagnosed: &[Diagnosed], fault: &TimedFault) -> Self {
         let is_false_alarm = diagnosed.iter().any(|of| of.detection < fault.at);
         let mut named = diagnosed.iter().filter(|of| of.detection >= fault.at && !is_false_alarm);
@@ -28,7 +29,7 @@ impl LimitRow {
     }
 }
 
-/// What a detector has found out of a component.
+/// The finding of a detector on a component.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum DetectionOutcome {
     Nothing,
@@ -36,7 +37,7 @@ pub(super) enum DetectionOutcome {
     Right,
 }
 
-/// What a detector has found out of a component, and whether that will never be otherwise.
+/// The finding of a detector on a component, and whether it is final.
 pub(super) fn outcome(
     rig: &Rig,
     path: &ComponentPath,
@@ -77,7 +78,7 @@ fn by_standing(standing: Standing) -> DetectionOutcome {
     }
 }
 
-/// Since when something has been so without a break: what is taken back does not count.
+/// Since when a condition has held without interruption; a retracted finding does not count.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Since(Option<Step>);
 
@@ -86,7 +87,7 @@ impl Since {
         self.0 = if is_so { self.0.or(Some(step)) } else { None };
     }
 
-    /// Steps from `at` on; `None` if it is not so, or was so before.
+    /// Steps from `at` on; `None` if the condition does not hold, or held before.
     pub(super) fn steps_from(self, at: Step) -> Option<u64> {
         self.0.filter(|since| *since >= at).map(|since| since.since(at))
     }

@@ -1,5 +1,5 @@
-//! What is asked of a run, and the run: which component of which plant, in which wind, faulty since when. Run `i` of every
-//! size and kind has the same wind and noise, and sizes of a kind differ by nothing but the size.
+//! The question that a run answers, and the run: component, plant, wind and onset. Run `i` of every size and kind has
+//! the same wind and noise, and sizes of a kind differ only in the size.
 
 use std::fmt;
 
@@ -17,28 +17,28 @@ use crate::draw::{Draw, components_that_can_have, fault_of_size};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
-/// Runs draw from streams of their own, those of isolation as they always did.
+/// Random stream of these runs; runs for isolation keep their earlier stream.
 const FIRST_STREAM: u64 = 5 << 60;
 const FIRST_ISOLATION_STREAM: u64 = 1 << 62;
-/// A fault jumps in this long after every channel is watched, at the earliest and the latest \[s\].
+/// Earliest and latest onset of a fault after every channel is watched \[s\].
 const JUMPS_AFTER_S: [f64; 2] = [0.5, 1.0];
 /// How long a fault is followed \[s\]: a jump leaves the change detector's interval after two seconds.
 const JUMP_FOLLOWED_S: f64 = 5.0;
 const COMPARED_S: f64 = 30.0;
 const ISOLATED_WITHIN_S: f64 = 1.0;
 
-/// What is measured.
+/// The measured detector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitDetector {
-    /// The change detector: its faults jump in. *Found* is a change that no other fault explains, *right* one that is
-    /// declared a fault of its component.
+    /// The change detector, for faults that begin with a jump. *Found* is a change that no other fault explains,
+    /// *right* one for which its component is declared faulty.
     Change,
-    /// The comparison with a reference: its faults are there from the first sample on. *Found* is a component that is
-    /// declared faulty or one of several suspects, *right* one that is declared faulty or the likeliest of them.
+    /// The comparison with a reference, for faults present from the first sample on. *Found* is a component declared
+    /// faulty or one of several suspects, *right* one declared faulty or the likeliest suspect.
     Reference,
-    /// Isolation by the change detector on plants without a reference: *found* and *right* is a component that is declared
-    /// faulty within a second, with nothing declared faulty before the fault.
+    /// Isolation by the change detector on plants without a reference: *found* and *right* is a component declared
+    /// faulty within a second, if no component was declared faulty before the fault.
     Isolation,
 }
 
@@ -70,15 +70,15 @@ pub enum SizedKind {
     WalkInNoise,
     /// Steady drift of a gage per second, in units of its noise.
     DriftInNoise,
-    /// Leak of chamber A to the environment. One unit is the area whose leak moves the force, in the
-    /// steady state of the force loop at rest, by the noise of the observed force.
+    /// Leak of chamber A to the environment. One unit is the area of a leak that changes the force, in the steady state
+    /// of the force loop in equilibrium, by the noise of the observed force.
     LeakInNoise,
 }
 
 impl SizedKind {
-    /// Those whose size is an absolute one.
+    /// Kinds with an absolute size.
     pub const ABSOLUTE: &[Self] = &[Self::Bias, Self::InternalLeakage, Self::ExternalLeakage];
-    /// Those whose size is one of the noise that hides the fault.
+    /// Kinds whose size is relative to the noise that hides the fault.
     pub const IN_NOISE: &[Self] =
         &[Self::BiasInNoise, Self::WalkInNoise, Self::DriftInNoise, Self::LeakInNoise];
 
@@ -108,10 +108,10 @@ impl SizedKind {
         }
     }
 
-    /// The sizes that are tried, ascending.
+    /// The sizes studied, ascending.
     #[must_use]
     pub fn sizes(self) -> Vec<f64> {
-        // steps of a quarter: fine enough to see where the curve rises
+        // steps of a quarter, fine enough to resolve the rise of the curve
         let from = |first: f64, count: i32| (0..count).map(|i| first * 1.25_f64.powi(i)).collect();
         match self {
             Self::Bias => vec![0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0],
@@ -135,7 +135,7 @@ impl SizedKind {
         }
     }
 
-    /// Whatever can have such a fault, and which.
+    /// All components that can have such a fault, with the kind.
     fn targets(self, structure: &Structure) -> Vec<(FaultKind, ComponentPath)> {
         let of_kind = |kind: &FaultKind| {
             let kind = *kind;
@@ -145,7 +145,7 @@ impl SizedKind {
         self.kinds().iter().flat_map(of_kind).collect()
     }
 
-    /// The fault of a size; the sign is that of a bias which may be either way.
+    /// The fault of a size; the sign applies to a bias, which has two directions.
     fn fault(self, size: f64, sign: f64, kind: FaultKind, of: (f64, &PlantParameters)) -> Fault {
         let (length_m, parameters) = of;
         let noise_m = size * parameters.gages.noise_strain * length_m;
@@ -163,8 +163,8 @@ impl SizedKind {
     }
 }
 
-/// The leak of chamber A whose flow Q at rest the force loop makes up for at a force error of the
-/// noise σ of the observed force: Q = K_P σ, and Q = A √(2 Δp / ρ).
+/// The leak of chamber A whose flow Q in equilibrium the force loop compensates at a force error equal to the noise σ
+/// of the observed force: Q = K_P σ, and Q = A √(2 Δp / ρ).
 fn leak_unit_m2(parameters: &PlantParameters) -> f64 {
     let h = &parameters.hydraulics;
     let noise_n = h.pressure_noise_pa * h.area_a_m2.hypot(h.area_b_m2);
@@ -172,10 +172,10 @@ fn leak_unit_m2(parameters: &PlantParameters) -> f64 {
     h.force_gain_m3_per_s_per_n * noise_n / speed
 }
 
-/// What is asked of a run.
+/// The question that a run answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitQuestion {
-    /// Place of the system that the run is of.
+    /// Index of the run's system.
     pub system: usize,
     /// The detector.
     pub detector: LimitDetector,
@@ -194,14 +194,14 @@ impl fmt::Display for LimitQuestion {
 }
 
 impl LimitQuestion {
-    /// Which of so many plants a run is of: every target in turn, in the next round on the next plant.
+    /// The plant of a run among so many: all targets in turn, then again on the next plant.
     pub(super) fn plant(&self, system: &System, run: u64, plants: u64) -> Option<u64> {
         let count = self.kind.targets(&system.structure).len() as u64;
         let turns = run.checked_rem(count)? + run.checked_div(count)?;
         turns.checked_rem(plants).filter(|_| self.detector != LimitDetector::Isolation)
     }
 
-    /// Draws a run; `None` if nothing can have such a fault.
+    /// Draws a run; `None` if no component can have such a fault.
     pub(super) fn draw(
         &self,
         system: &System,

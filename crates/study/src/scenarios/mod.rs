@@ -25,17 +25,17 @@ use crate::report::{ReportFigure, Table};
 use crate::rig::TimedFault;
 use crate::system::{CommissionedPlant, System, gage_length_m, generator};
 
-/// Nominal runs draw from streams of their own, far from those of the scenarios.
+/// Random stream of nominal runs, far from those of the scenarios.
 const FIRST_NOMINAL_STREAM: u64 = 1 << 63;
 
-/// From what a scenario is drawn, each uniformly; as in the tower's figures.
+/// Ranges from which a scenario is drawn uniformly; defaults as in the tower's figures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScenarioRanges {
     /// Length of a run with a fault \[s\].
     pub length_s: f64,
     /// Length of a run without a fault \[s\].
     pub nominal_s: f64,
-    /// When the fault begins \[s\].
+    /// Onset of the fault \[s\].
     pub onset_s: [f64; 2],
     /// Leak coefficient \[m²\].
     pub leak_area_m2: [f64; 2],
@@ -62,7 +62,7 @@ impl Default for ScenarioRanges {
 }
 
 impl ScenarioRanges {
-    /// Draws a fault of this kind, of a component. `None` for a kind that no scenario has.
+    /// Draws a fault of this kind for a component. `None` for a kind that scenarios do not include.
     pub(crate) fn fault(
         &self,
         kind: FaultKind,
@@ -70,7 +70,7 @@ impl ScenarioRanges {
         draw: &mut Draw,
     ) -> Option<Fault> {
         let length_m = gage_length_m(&draw.system.structure, component);
-        // The range is for steps of a millisecond; a walk's spread grows with the root of time.
+        // The range is for steps of a millisecond; the spread of a walk grows with the square root of time.
         let per_ms = (draw.system.parameters.step_s / 1e-3).sqrt();
         let mut uniform = |range| draw.uniform(range);
         Some(match kind {
@@ -93,17 +93,17 @@ impl ScenarioRanges {
     }
 }
 
-/// Scenarios, each with one fault, and after them nominal runs without any. Kinds of fault take turns, so that every
-/// kind is equally frequent.
+/// Scenarios with one fault each, followed by nominal runs without a fault. Kinds of fault take turns, so that all are
+/// equally frequent.
 #[derive(Debug, Clone)]
 pub struct ScenarioCampaign {
-    /// What they are of; each has a plant of its own.
+    /// The system; each run has its own plant.
     pub system: System,
-    /// From what they are drawn.
+    /// The ranges.
     pub ranges: ScenarioRanges,
-    /// How many have a fault.
+    /// The number of runs with a fault.
     pub scenarios: u64,
-    /// How many have none.
+    /// The number of runs without a fault.
     pub nominal: u64,
 }
 
@@ -111,7 +111,7 @@ impl ScenarioCampaign {
     /// Draws a scenario.
     ///
     /// # Errors
-    /// The structure has no component that the scenario's fault could befall.
+    /// No component of the structure can have the scenario's fault.
     pub fn scenario(&self, number: u64) -> Result<CampaignCase<&'static str>, StudyError> {
         let mut draw = Draw::new(&self.system, number);
         let kinds = FaultKind::OF_RESIDUALS;
@@ -134,7 +134,7 @@ impl ScenarioCampaign {
         CampaignCase::new(number, "nominal run", seed, Vec::new(), steps)
     }
 
-    /// What the rows were made from, in words.
+    /// A description of the campaign.
     #[must_use]
     pub fn heading(&self, rows: &Rows<ScenarioRow>) -> String {
         let step_s = self.system.parameters.step_s;

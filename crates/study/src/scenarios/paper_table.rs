@@ -8,10 +8,10 @@ use serde::Serialize;
 
 use crate::statistics::{Interval95, on_the_way};
 
-/// How often the scenarios are resampled for the intervals.
+/// Number of bootstrap resamples of the scenarios for the intervals.
 const RESAMPLES: usize = 2000;
 
-/// Of samples by what is the case and what is said: counts, shares, which sum to 1, or their intervals.
+/// Samples by true state and flag: counts, shares that sum to 1, or intervals of the shares.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct PaperTable<T> {
     /// Faulty and flagged.
@@ -26,7 +26,7 @@ pub struct PaperTable<T> {
     /// Healthy and not flagged.
     #[serde(rename = "tn")]
     pub true_negative: T,
-    /// Flagged rightly.
+    /// Correctly flagged or not flagged.
     pub accuracy: T,
 }
 
@@ -59,11 +59,11 @@ fn shares(counts: impl Iterator<Item = PaperTable<u64>>) -> PaperTable<f64> {
     PaperTable::of(sums.map(|sum| sum / all))
 }
 
-/// The shares of scenarios that were counted one by one, and their intervals: percentiles over scenarios resampled with
-/// replacement (Efron's bootstrap; the samples of one scenario are no independent observations).
+/// The shares over scenarios that were counted separately, and their intervals: percentiles over scenarios resampled
+/// with replacement (Efron's bootstrap; the samples of one scenario are not independent observations).
 pub(super) fn of(counts: &[PaperTable<u64>]) -> (PaperTable<f64>, PaperTable<Interval95>) {
     let table = shares(counts.iter().copied());
-    // Seeded by nothing: the same records give the same intervals.
+    // A fixed seed, so that the same records give the same intervals.
     let mut generator = ChaCha8Rng::seed_from_u64(0);
     let mut resampled = || {
         let draw = |_| counts[generator.random_range(0..counts.len())];

@@ -1,4 +1,4 @@
-//! What came of a run.
+//! The result of a run.
 
 use diagnosis::Verdict;
 use serde::{Deserialize, Serialize};
@@ -15,7 +15,7 @@ use crate::system::gage_length_m;
 /// A gage's healthy reading is averaged over this many steps before the fault.
 const READING_STEPS: u64 = 20;
 
-/// What the modules exchanged in a run.
+/// The messages exchanged by modules in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Conversation {
     /// Channels that rose to their thresholds.
@@ -33,18 +33,18 @@ pub struct Conversation {
 pub struct Closest {
     /// The channel's component.
     pub component: ComponentPath,
-    /// When.
+    /// The step.
     pub step: Step,
     /// D/γ; 1 is a change.
     pub ratio: f64,
 }
 
-/// What came of a run.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ScenarioRow {
     /// Seed of its plant.
     pub seed: u64,
-    /// Its fault, which stays; `None` in a nominal run.
+    /// Its fault, which is permanent; `None` in a nominal run.
     pub injection: Option<TimedFault>,
     /// Steps of the run.
     pub steps: u64,
@@ -52,11 +52,11 @@ pub struct ScenarioRow {
     pub base_speed_m_per_s: f64,
     /// For the fault of a gage: the size of its healthy reading right before the fault over its noise.
     pub reading_over_noise: Option<f64>,
-    /// In a nominal run: how near it came to a change, if any channel was watched.
+    /// In a nominal run: the largest ratio of divergence to threshold, if any channel was watched.
     pub closest: Option<Closest>,
-    /// Everything that was committed, in order.
+    /// All components declared faulty, in order.
     pub diagnosed: Vec<Diagnosed>,
-    /// What the modules exchanged.
+    /// The messages exchanged by modules.
     pub conversation: Conversation,
 }
 
@@ -105,19 +105,19 @@ impl ScenarioRow {
         self.injection.as_ref().is_some_and(|injection| injection.component == *component)
     }
 
-    /// Were exactly the faulty components named, and nothing before the fault?
+    /// Whether exactly the faulty components were named, and none before the fault.
     #[must_use]
     pub fn is_exact(&self) -> bool {
         !self.is_false_alarm() && self.named().is_some() && self.wrong().next().is_none()
     }
 
-    /// Was anything committed before the fault began?
+    /// Whether any component was declared faulty before the fault began.
     #[must_use]
     pub fn is_false_alarm(&self) -> bool {
         self.diagnosed.iter().any(|diagnosed| diagnosed.detection < self.onset())
     }
 
-    /// Was anything committed once the fault had begun?
+    /// Whether any component was declared faulty after the fault had begun.
     #[must_use]
     pub fn is_detected(&self) -> bool {
         self.diagnosed.iter().any(|diagnosed| diagnosed.detection >= self.onset())
@@ -130,7 +130,7 @@ impl ScenarioRow {
         self.diagnosed.iter().find(|d| self.is_faulty(&d.component) && d.detection >= onset)
     }
 
-    /// Components that were named and are healthy.
+    /// Healthy components that were named.
     pub fn wrong(&self) -> impl Iterator<Item = &Diagnosed> {
         self.diagnosed.iter().filter(|diagnosed| !self.is_faulty(&diagnosed.component))
     }
@@ -147,8 +147,8 @@ impl ScenarioRow {
         self.named().map(|diagnosed| diagnosed.decided.since(self.onset()))
     }
 
-    /// Samples with and without a fault, flagged and not: the paper's measure, in which any flag
-    /// counts from its verdict on (Table 1).
+    /// Samples with and without a fault, flagged and not: the paper's measure, in which any flag counts from its
+    /// verdict on (Table 1).
     #[must_use]
     pub fn samples(&self) -> PaperTable<u64> {
         let first = self.diagnosed.iter().map(|diagnosed| diagnosed.decided.0).min();
@@ -163,10 +163,10 @@ impl ScenarioRow {
     }
 }
 
-/// What a gage reads right before its fault.
+/// The reading of a gage right before its fault.
 #[derive(Debug)]
 pub(crate) struct GageReading {
-    /// Place of its module and its own.
+    /// Index of its module, and its own.
     at: (usize, usize),
     noise_m: f64,
     onset: Step,
@@ -186,7 +186,7 @@ impl GageReading {
         Some(Self { at, noise_m, onset: *onset, mean_m: 0.0 })
     }
 
-    /// Looks at the latest step.
+    /// Processes the latest step.
     pub(crate) fn follow(&mut self, rig: &Rig) {
         let Some(sample) = rig.samples().get(self.at.0) else { return };
         let before = self.onset.minus(READING_STEPS) <= sample.step && sample.step < self.onset;
@@ -201,7 +201,7 @@ impl GageReading {
     }
 }
 
-/// Looks at the latest step of the modules that watch all their channels.
+/// Processes the latest step of the modules that watch all their channels.
 fn follow_closest(closest: &mut Option<Closest>, rig: &Rig) {
     for diagnoser in rig.diagnosers() {
         if diagnoser.phase() != ModulePhase::InService {

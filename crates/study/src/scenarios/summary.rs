@@ -1,4 +1,4 @@
-//! What records come to: exact isolation, delays, false alarms, the paper's table.
+//! Summarises records: exact isolation, delays, false alarms, the paper's table.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use super::record::{Closest, Conversation, ScenarioRow};
 use crate::campaign::{Rows, grouped};
 use crate::statistics::{Delays, Interval95, share_interval};
 
-/// Zero outputs of a gage whose healthy reading exceeds its noise this many times must be found.
+/// Zero outputs of a gage must be found if its healthy reading exceeds this multiple of its noise.
 pub const READABLE: f64 = 10.0;
 
-/// What a campaign came to. Shares are between 0 and 1, intervals cover 95 %.
+/// The results of a campaign. Shares are between 0 and 1, intervals cover 95 %.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScenarioSummary {
     /// Runs with a fault.
@@ -26,32 +26,32 @@ pub struct ScenarioSummary {
     pub samples: PaperTable<f64>,
     /// Their intervals, runs resampled with replacement.
     pub samples_95: PaperTable<Interval95>,
-    /// Zero outputs of gages whose healthy reading exceeded its noise ten times.
+    /// Zero outputs of gages whose healthy reading exceeded ten times their noise.
     pub readable_zero_outputs: FoundCount,
-    /// What the modules exchanged, summed over the runs with a fault.
+    /// The messages exchanged by modules, summed over the runs with a fault.
     pub conversation: Conversation,
-    /// Runs with a fault in which a peer was asked.
+    /// Runs with a fault in which a peer was queried.
     pub with_questions: u64,
     /// Numbers of the runs with a fault that are not exact.
     pub not_exact: Vec<u64>,
 }
 
-/// What came of runs with a fault.
+/// The results of runs with a fault.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Isolation {
     /// Runs.
     pub cases: u64,
-    /// Anything was committed once the fault had begun.
+    /// Runs in which a component was declared faulty after the fault had begun.
     pub detected: u64,
-    /// Exactly the faulty component was named, and nothing before the fault.
+    /// Runs in which exactly the faulty component was named, and none before the fault.
     pub exact: u64,
     /// Interval of the share of exact ones (Clopper and Pearson).
     pub exact_95: Interval95,
-    /// A healthy component was named.
+    /// Runs in which a healthy component was named.
     pub wrong: u64,
-    /// The faulty component was not named.
+    /// Runs in which the faulty component was not named.
     pub missed: u64,
-    /// Anything was committed before the fault.
+    /// Runs in which a component was declared faulty before the fault.
     pub early: u64,
     /// From the fault to the change of the faulty component \[ms\].
     pub delay_ms: Delays,
@@ -59,20 +59,20 @@ pub struct Isolation {
     pub verdict_delay_ms: Delays,
 }
 
-/// What came of runs without a fault.
+/// The results of runs without a fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Nominal {
     /// Runs.
     pub cases: u64,
-    /// Those in which anything was committed.
+    /// Runs in which a component was declared faulty.
     pub false_alarms: u64,
     /// Interval of their share (Clopper and Pearson); its upper end is the bound.
     pub false_alarms_95: Interval95,
-    /// How near any came to a change.
+    /// The largest ratio of divergence to threshold.
     pub closest: Option<Closest>,
 }
 
-/// How many of them were found.
+/// The number of faults found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct FoundCount {
     /// All.
@@ -90,7 +90,7 @@ impl FoundCount {
 }
 
 impl ScenarioSummary {
-    /// Sums up rows. Steps last `step_s`.
+    /// Summarises rows. Steps last `step_s`.
     #[must_use]
     pub fn of(rows: &Rows<ScenarioRow>, step_s: f64) -> Self {
         let mut readable_zero_outputs = FoundCount::default();
@@ -150,7 +150,7 @@ impl Isolation {
         }
     }
 
-    /// Share of exact ones; 0 of nothing.
+    /// Share of exact runs; 0 without runs.
     #[must_use]
     pub fn exact_share(&self) -> f64 {
         self.exact as f64 / self.cases.max(1) as f64
@@ -163,7 +163,7 @@ impl Nominal {
         for record in records {
             cases += 1;
             false_alarms += u64::from(record.is_false_alarm());
-            // Of those that came equally near, the first.
+            // Of equal ratios, the first.
             let nearer = record.closest.as_ref();
             let nearer = nearer.filter(|new| closest.is_none_or(|old| new.ratio > old.ratio));
             closest = nearer.or(closest);

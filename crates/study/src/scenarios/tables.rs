@@ -6,14 +6,14 @@ use super::summary::{Isolation, ScenarioSummary};
 use crate::report::{Table, interval, percent};
 use crate::statistics::{Delays, Interval95};
 
-/// Not-exact scenarios that are listed one by one.
+/// Most scenarios without exact isolation listed one by one.
 const SHOWN: usize = 10;
 
 pub(super) fn tables(summary: &ScenarioSummary) -> Vec<Table> {
     vec![paper_table(summary), kinds(summary), delays(summary), alarms(summary)]
 }
 
-/// The scenarios that deserve a look.
+/// The scenarios without exact isolation.
 pub(super) fn not_exact(summary: &ScenarioSummary) -> Option<String> {
     let first = summary.not_exact.first()?;
     let list: Vec<String> = summary.not_exact.iter().take(SHOWN).map(ToString::to_string).collect();

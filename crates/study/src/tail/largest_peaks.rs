@@ -1,6 +1,6 @@
-//! What is kept of a channel's peaks.
+//! The stored peaks of a channel.
 
-/// How many peaks are kept: the tail of some hours of data.
+/// Number of peaks stored: the tail of some hours of data.
 const KEPT: usize = 2000;
 
 /// The largest peaks of a channel, in bounded memory.
@@ -11,7 +11,7 @@ pub struct LargestPeaks {
 }
 
 impl LargestPeaks {
-    /// Takes a peak.
+    /// Adds a peak.
     pub fn push(&mut self, peak: f64) {
         self.count += 1;
         let place = self.falling.partition_point(|kept| *kept >= peak);
@@ -21,7 +21,7 @@ impl LargestPeaks {
         }
     }
 
-    /// Takes all peaks of another collection of the same channel. The order does not matter.
+    /// Adds all peaks of another collection of the same channel. The order does not matter.
     pub fn merge(&mut self, other: &LargestPeaks) {
         self.count += other.count;
         self.falling.extend(&other.falling);
@@ -29,19 +29,19 @@ impl LargestPeaks {
         self.falling.truncate(KEPT);
     }
 
-    /// How many peaks there were in all.
+    /// The total number of peaks.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The largest of them, falling.
+    /// The largest peaks, descending.
     #[must_use]
     pub fn falling(&self) -> &[f64] {
         &self.falling
     }
 
-    /// The largest, 0 if there was none.
+    /// The largest peak; 0 without peaks.
     #[must_use]
     pub fn largest(&self) -> f64 {
         self.falling.first().copied().unwrap_or(0.0)

@@ -1,19 +1,18 @@
-//! The generalised Pareto distribution of a sample, and how sure it is.
+//! Fits a generalised Pareto distribution to a sample, with its uncertainty.
 
 use super::pareto::Pareto;
 
-/// Fewest excesses that are fitted.
+/// Fewest excesses for a fit.
 const FEWEST: usize = 10;
-/// Beyond e^±300 of the sample's scale nothing is looked for.
+/// The search ends at e^±300 of the sample's scale.
 const LONGEST_SEARCH: f64 = 300.0;
 
 /// A sample's generalised Pareto distribution by the estimator of Zhang and Stephens: "A new and
 /// efficient estimation method for the generalized Pareto distribution", Technometrics 51 (2009).
 ///
-/// It is a posterior mean on a grid of candidates, always exists and has nearly the errors of maximum
-/// likelihood, or smaller ones. The candidates with their weights are kept: the probability of an
-/// excess far beyond the data is the mean over all of them, not that of the mean candidate, which
-/// would promise too few.
+/// It is a posterior mean on a grid of candidates, always exists, and has about the errors of maximum likelihood or
+/// smaller ones. The candidates with their weights are kept: the probability of an excess far beyond the data is the
+/// mean over all of them rather than that of the mean candidate, which would be too low.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ParetoFit {
     candidates: Vec<(f64, Pareto)>,
@@ -21,8 +20,7 @@ pub struct ParetoFit {
 }
 
 impl ParetoFit {
-    /// Fits positive excesses; others are left out. None if fewer than 10 are left, or if they do not
-    /// spread.
+    /// Fits positive excesses; others are ignored. `None` with fewer than 10, or if they are all equal.
     #[must_use]
     pub fn new(excesses: &[f64]) -> Option<ParetoFit> {
         let positive = |x: &f64| x.is_finite() && *x > 0.0;
@@ -54,14 +52,14 @@ impl ParetoFit {
         self.estimate
     }
 
-    /// P(X > x) of a further excess, averaged over what the sample leaves open.
+    /// P(X > x) of a further excess, averaged over the uncertainty of the fit.
     #[must_use]
     pub fn survival(&self, x: f64) -> f64 {
         self.candidates.iter().map(|(weight, pareto)| weight * pareto.survival(x)).sum()
     }
 
-    /// The x that a further excess exceeds with a probability of `survival`, above 0 and below 1;
-    /// infinite if there is none.
+    /// The x that a further excess exceeds with a probability of `survival`, above 0 and below 1; infinite if every x
+    /// is exceeded more often.
     #[must_use]
     pub fn exceeded_with(&self, survival: f64) -> f64 {
         let unit = self.estimate.scale;
@@ -70,7 +68,7 @@ impl ParetoFit {
         if too_low(high) {
             return f64::INFINITY;
         }
-        // 64 halvings leave nothing of the interval but rounding
+        // after 64 halvings only rounding errors remain of the interval
         for _ in 0..64 {
             let middle = 0.5 * (low + high);
             if too_low(middle) {
@@ -82,8 +80,8 @@ impl ParetoFit {
         unit * high.exp()
     }
 
-    /// Standard deviation of ln(`offset` + x), x being exceeded with a probability of `survival`, over
-    /// what the sample leaves open; infinite beyond all numbers.
+    /// Standard deviation of ln(`offset` + x), x being exceeded with a probability of `survival`, over the uncertainty
+    /// of the fit; infinite if x is too large for a number.
     #[must_use]
     pub fn log_spread(&self, offset: f64, survival: f64) -> f64 {
         let logs: Vec<(f64, f64)> = (self.candidates.iter())

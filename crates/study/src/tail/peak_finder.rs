@@ -1,33 +1,30 @@
-//! Which of a series' values count as separate.
+//! Finds the separate peaks of a series.
 
 use std::collections::VecDeque;
 
-/// Finds the peaks of a series: values that are not reached again within some steps before and
-/// behind them.
+/// Finds the peaks of a series: values that are not reached again within some steps before and after them.
 ///
-/// A divergence changes little from step to step, and one gust lifts many. Of what lies closer
-/// together than the reach, only the highest value counts. Unlike the runs declustering of the
-/// textbooks this needs no level, so that it can be chosen when all peaks are known. With a reach of
-/// the steps after which a diagnoser takes a channel as quiet again, the peaks above a threshold are
-/// the channel's changes: on 1.4 h of the simulated tower, five channels, they agree within 5 % at the
-/// level that is reached in 0.1 % of the time and within one change at 0.01 %.
+/// A divergence changes little from step to step, and a single gust raises many values. Of values closer together than
+/// the reach, only the highest counts. Unlike the runs declustering of textbooks this needs no level, so the level can
+/// be chosen when all peaks are known. With a reach equal to the steps after which a diagnoser considers a channel
+/// normal again, the peaks above a threshold are the channel's changes: on 1.4 h of the simulated tower, five channels,
+/// they agree within 5 % at the level that is reached in 0.1 % of the time, and within one change at 0.01 %.
 #[derive(Debug, Clone)]
 pub struct PeakFinder {
     reach: u64,
     now: u64,
-    /// Values that nothing later has reached, with their steps; falling.
+    /// Values not reached by later ones, with their steps; descending.
     falling: VecDeque<(u64, f64)>,
 }
 
 impl PeakFinder {
-    /// Has seen nothing yet. `reach` is in steps.
+    /// Starts without values. `reach` is in steps.
     #[must_use]
     pub fn new(reach: u64) -> Self {
         Self { reach, now: 0, falling: VecDeque::new() }
     }
 
-    /// Takes the next value, or none where there is none. Returns the value of `reach` steps ago if
-    /// it is a peak.
+    /// Adds the next value, or `None` for a missing one. Returns the value of `reach` steps ago if it is a peak.
     pub fn push(&mut self, value: Option<f64>) -> Option<f64> {
         self.now += 1;
         if let Some(value) = value {
@@ -44,7 +41,7 @@ impl PeakFinder {
         (step + self.reach == self.now).then_some(value)
     }
 
-    /// Ends the series: returns the peak that is still open, if there is one, and forgets everything.
+    /// Ends the series: returns the peak that is still open, if any, and clears all values.
     pub fn finish(&mut self) -> Option<f64> {
         let open = (0..self.reach).find_map(|_| self.push(None));
         *self = Self::new(self.reach);

@@ -1,4 +1,4 @@
-//! The threshold that a channel's peaks reach as often as is tolerated.
+//! Computes the threshold that a channel's peaks reach at the tolerated rate.
 
 use vocabulary::ComponentPath;
 
@@ -6,14 +6,14 @@ use super::largest_peaks::LargestPeaks;
 use super::pareto::Pareto;
 use super::pareto_fit::ParetoFit;
 
-/// One peak in this many belongs to the tail.
+/// The tail contains one peak in this many.
 const PEAKS_PER_EXCESS: u64 = 100;
-/// Fewest peaks that make a tail.
+/// Fewest peaks of a tail.
 const FEWEST_EXCESSES: u64 = 50;
-/// Largest standard deviation of ln γ: γ is then known to a factor of two either way.
+/// Largest standard deviation of ln γ, at which γ is known within a factor of two.
 const LARGEST_SPREAD: f64 = std::f64::consts::LN_2;
 
-/// Peaks from which no threshold can be made.
+/// Why peaks do not permit a threshold.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TailError {
     /// A rate out of range.
@@ -35,7 +35,7 @@ pub enum TailError {
         /// Hours needed.
         needed_hours: f64,
     },
-    /// The tolerated rate is so high that its threshold lies below the tail.
+    /// The tolerated rate is so high that its threshold is below the tail.
     #[error(
         "`{channel}`: {per_hour:.3} false alarms per hour of one channel are no rare event; its tail begins at {tail_per_hour:.0}, use less"
     )]
@@ -47,7 +47,7 @@ pub enum TailError {
         /// Peaks of the tail per hour.
         tail_per_hour: f64,
     },
-    /// Peaks that follow no tail.
+    /// The peaks do not have a tail.
     #[error("`{channel}`: the {excesses} largest peaks are all alike; is its residual stuck?")]
     Alike {
         /// The channel.
@@ -68,13 +68,13 @@ pub enum TailError {
         factor: f64,
         /// ξ.
         shape: f64,
-        /// Hours needed, about.
+        /// Approximate hours needed.
         needed_hours: f64,
     },
 }
 
 impl TailError {
-    /// Hours of data that are needed instead, about; infinite where more data would not help.
+    /// Approximate hours of data needed; infinite if more data would not help.
     #[must_use]
     pub fn needed_hours(&self) -> f64 {
         match self {
@@ -87,7 +87,7 @@ impl TailError {
     }
 }
 
-/// A threshold, and what it rests on.
+/// A threshold, with the data that it is based on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TailThreshold {
     /// γ.
@@ -102,12 +102,12 @@ pub struct TailThreshold {
     pub log_spread: f64,
 }
 
-/// The threshold that a channel's peaks in `hours` of data are expected to reach `per_hour` times an hour, by this channel
-/// alone. Its tail is the uppermost peak of a hundred, as far as they are kept.
+/// The threshold that this channel's peaks in `hours` of data are expected to reach `per_hour` times an hour. Its tail
+/// consists of the highest of every hundred peaks, if stored.
 ///
 /// # Errors
-/// Too few peaks, or all alike; a rate out of range or so high that it is not of the tail, or so low that the data leave
-/// the threshold too uncertain.
+/// Too few peaks, or all equal; a rate that is out of range, so high that it is not in the tail, or so low that the
+/// data leave the threshold too uncertain.
 pub fn tail_threshold(
     channel: &ComponentPath,
     peaks: &LargestPeaks,

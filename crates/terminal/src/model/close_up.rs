@@ -1,4 +1,4 @@
-//! One component, closely: what is asked of it once, and what comes of it all the time.
+//! The close-up of one component: answers requested once, and divergences received continuously.
 
 use std::collections::VecDeque;
 
@@ -7,20 +7,19 @@ use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
 use super::effect::ModelEffect;
 
-/// Divergences that are kept.
+/// Most divergences kept.
 const LATEST: usize = 600;
-/// From one question for a freeze frame that was not there to the next \[ns\]: it is complete two seconds after the
-/// fault.
+/// Interval between requests for a missing freeze frame \[ns\]: a frame is complete two seconds after the fault.
 const AGAIN_AFTER_NS: u64 = 2_000_000_000;
 
-/// What a module answers on request.
+/// The answer of a module to a request.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Fetched<T> {
-    /// It is on its way.
+    /// Requested, not received yet.
     Awaited,
-    /// This.
+    /// The answer.
     Here(T),
-    /// It was not answered, for this reason.
+    /// No answer, for this reason.
     Missing(String),
 }
 
@@ -29,11 +28,11 @@ pub(crate) enum Fetched<T> {
 pub(crate) struct ChannelPoint {
     pub(crate) step: u64,
     pub(crate) residual: f64,
-    /// The divergence over its threshold; not a number while undefined.
+    /// The divergence over its threshold; NaN while undefined.
     pub(crate) ratio: f64,
 }
 
-/// What is known of a component beside its state.
+/// What is known of a component besides its state.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct CloseUp {
     pub(crate) subject: ComponentId,
@@ -41,7 +40,7 @@ pub(crate) struct CloseUp {
     pub(crate) identification: Fetched<Option<Box<Identification>>>,
     pub(crate) latest: VecDeque<ChannelPoint>,
     run: Option<vocabulary::RunId>,
-    /// The transition whose frame was asked for, and when.
+    /// The sequence number of the transition whose frame was requested.
     asked_for: Option<u64>,
     asked_unix_ns: u64,
 }
@@ -59,7 +58,7 @@ impl CloseUp {
         }
     }
 
-    /// What is to be had by a question now, of the component in its present state.
+    /// The requests that are due for the component in its present state.
     pub(crate) fn questions(
         &mut self,
         present: &FaultTransition,
@@ -86,7 +85,7 @@ impl CloseUp {
         vec![frame, ModelEffect::Identification(self.subject.clone())]
     }
 
-    /// Takes the divergences of its module.
+    /// Adds published divergences of its module.
     pub(crate) fn listen(&mut self, message: &Divergences) {
         let ComponentId { structure, component } = &self.subject;
         if message.structure != *structure || message.module != component.module {

@@ -1,4 +1,4 @@
-//! Which row is selected: it stays on what it is on while rows come and go around it.
+//! The selected row. The selection stays on its row while other rows appear and disappear.
 
 /// A selection among rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,7 +14,7 @@ impl<K> Default for RowCursor<K> {
 }
 
 impl<K: Clone + PartialEq> RowCursor<K> {
-    /// Where it is; where it was, if its row has gone.
+    /// The position of the selected row, or its last position if the row has disappeared.
     pub(crate) fn place(&self, rows: &[K]) -> usize {
         let own = self.on.as_ref().and_then(|key| rows.iter().position(|row| row == key));
         own.unwrap_or_else(|| self.place.min(rows.len().saturating_sub(1)))
@@ -24,7 +24,7 @@ impl<K: Clone + PartialEq> RowCursor<K> {
         rows.get(self.place(rows))
     }
 
-    /// Moves it by so many rows, but not off the list.
+    /// Moves the selection by so many rows within the list.
     pub(crate) fn step(&mut self, rows: &[K], by: isize) {
         let last = rows.len().saturating_sub(1);
         self.place = self.place(rows).saturating_add_signed(by).min(last);

@@ -1,4 +1,4 @@
-//! An order while it is being worded: for how long, why, and once more what is to be sent.
+//! The dialog for an order: duration, reason, and a confirmation of the command.
 
 use observer::{ComponentId, OrderRequest};
 use vocabulary::words::printable;
@@ -7,10 +7,10 @@ use vocabulary::{Order, OrderKind};
 use super::key::KeyPress;
 use crate::settings::OrderIssuer;
 
-/// For how long an alarm is shelved unless something else is typed.
+/// Default duration of shelving.
 const USUAL_SPAN: &str = "2h";
 
-/// What is being typed.
+/// The field that has the focus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Stage {
     Span,
@@ -18,7 +18,7 @@ pub(crate) enum Stage {
     Confirm,
 }
 
-/// An order that is not complete yet.
+/// An order being entered.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Dialog {
     pub(crate) subject: ComponentId,
@@ -27,11 +27,11 @@ pub(crate) struct Dialog {
     pub(crate) stage: Stage,
     pub(crate) span: String,
     pub(crate) note: String,
-    /// What is wrong with what was typed.
+    /// What is wrong with the input.
     pub(crate) problem: Option<String>,
 }
 
-/// What a key leads to.
+/// The result of a key in the dialog.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Turn {
     Stay,
@@ -113,7 +113,7 @@ impl Dialog {
             .map_err(|_| wrong())
     }
 
-    /// The order as it would be sent.
+    /// The order that would be sent.
     pub(crate) fn order(&self) -> Result<Order, String> {
         let note = Some(self.note.trim().to_owned()).filter(|note| !note.is_empty());
         if self.kind.sets_aside() && note.is_none() {
@@ -126,7 +126,7 @@ impl Dialog {
         Ok(order)
     }
 
-    /// What is to be sent, in words.
+    /// A description of the order.
     pub(crate) fn words(&self) -> String {
         let Self { subject, kind, issuer, span, note, .. } = self;
         let span = if kind.sets_aside() {

@@ -1,28 +1,28 @@
-//! What the model wants done outside, and the results.
+//! Effects that the model requests, and their results.
 
 use observer::{ComponentId, ModuleHistory, ModuleId, OrderOutcome, OrderRequest};
 use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
-/// What is to be done outside.
+/// An effect to be carried out outside the model.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum ModelEffect {
-    /// Give an order.
+    /// Send an order.
     Order(OrderRequest),
-    /// Ask for the freeze frame of the fault that a component has.
+    /// Request the freeze frame of a component's present fault.
     Frame(Box<FaultTransition>),
-    /// Ask what kind of fault it is.
+    /// Request the kind of a component's fault.
     Identification(ComponentId),
-    /// Ask for the journal of a component's module.
+    /// Request the journal of a component's module.
     History(ComponentId),
-    /// Listen to the divergences of this module, and of no other.
+    /// Subscribe to the divergences of this module only.
     Listen(Option<ModuleId>),
-    /// Give the terminal back until the process is continued.
+    /// Restore the terminal until the process is continued.
     Suspend,
-    /// End.
+    /// Quit.
     Quit,
 }
 
-/// What came of it. Reasons may be foreign texts.
+/// The result of an effect. Reasons may be texts from other processes.
 #[derive(Debug, Clone)]
 pub(crate) enum TaskResult {
     Order(OrderRequest, OrderOutcome),

@@ -1,18 +1,18 @@
-//! A component's history, as its module's journal has it.
+//! A component's history, from its module's journal.
 
 use observer::{ComponentId, EventLine, Journals, ModuleHistory};
 
 use super::close_up::Fetched;
 
-/// What the journal holds of a component, the latest first.
+/// The entries of a component in the journal, latest first.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ComponentHistory {
     pub(crate) subject: ComponentId,
-    /// Each with its number.
+    /// Each entry with its sequence number.
     pub(crate) entries: Fetched<Vec<(u64, EventLine)>>,
-    /// What is missing from it, if anything is.
+    /// Gaps in the journal, if any.
     pub(crate) lacks: Option<String>,
-    /// Rows that are scrolled over.
+    /// Number of rows scrolled past.
     pub(crate) place: usize,
 }
 

@@ -1,4 +1,4 @@
-//! Keys, whatever reads them.
+//! Keys, independent of the library that reads them.
 
 /// A key that was pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,11 +19,11 @@ pub(crate) enum KeyPress {
     Backspace,
 }
 
-/// Rows of a page.
+/// Rows per page.
 const PAGE: isize = 10;
 
 impl KeyPress {
-    /// By how many rows it moves a selection, if that is what it does.
+    /// The number of rows by which the key moves a selection, if it does.
     pub(crate) fn step(self) -> Option<isize> {
         match self {
             KeyPress::Up | KeyPress::Char('k') => Some(-1),

@@ -1,4 +1,4 @@
-//! What each key does.
+//! The effect of each key.
 
 use observer::{ComponentId, ModuleId, RowId};
 use vocabulary::OrderKind;
@@ -11,7 +11,7 @@ use super::history::ComponentHistory;
 use super::{KeyPress, Model, Notice, Pane};
 
 impl Model {
-    /// A key was pressed.
+    /// Handles a key.
     pub(crate) fn on_key(&mut self, key: KeyPress) -> Vec<ModelEffect> {
         match key {
             KeyPress::Control('c') => return vec![ModelEffect::Quit],
@@ -56,7 +56,7 @@ impl Model {
         Vec::new()
     }
 
-    /// Whether something covers the lists.
+    /// Whether another screen covers the lists.
     fn is_close(&self) -> bool {
         self.close_up.is_some() || self.journal.is_some()
     }
@@ -92,7 +92,7 @@ impl Model {
         }
     }
 
-    /// What is selected, where a component is.
+    /// The selected component, if a component is selected.
     fn selected(&self) -> Option<ComponentId> {
         if let Some(journal) = &self.journal {
             return Some(journal.subject.clone());
@@ -133,7 +133,7 @@ impl Model {
         Vec::new()
     }
 
-    /// Lists the components of one module only.
+    /// Lists only the components of one module.
     fn narrow(&mut self, scope: Option<ModuleId>) {
         if scope.is_some() {
             (self.scope, self.pane) = (scope, Pane::Faults);
@@ -152,7 +152,7 @@ impl Model {
         vec![ModelEffect::History(subject)]
     }
 
-    /// One step back: what covers the lists, then what narrows them.
+    /// Goes back one step: closes what covers the lists, then clears what narrows them.
     fn back(&mut self) -> Vec<ModelEffect> {
         if self.journal.take().is_some() {
             return Vec::new();
@@ -185,7 +185,7 @@ impl Model {
         }
     }
 
-    /// Begins to word an order about what is selected.
+    /// Opens the dialog for an order about the selection.
     fn begin(&mut self, kind: OrderKind) {
         let issuer = match &self.settings.issuer {
             Ok(issuer) => issuer.clone(),

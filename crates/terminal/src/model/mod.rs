@@ -1,16 +1,16 @@
-//! What is shown and what is typed: a plain value. Events and the time go in, effects come out.
+//! The state of the view as a plain value. Events and the time go in, effects come out.
 //!
 //! | file | what |
 //! |---|---|
-//! | `rows` | which rows there are, the most urgent first |
-//! | `cursor` | which row is selected |
-//! | `close_up` | one component, closely |
+//! | `rows` | the rows of the lists, most urgent first |
+//! | `cursor` | the selected row |
+//! | `close_up` | the close-up of one component |
 //! | `history` | its history |
-//! | `dialog` | an order while it is being worded |
-//! | `notice` | what became of it |
+//! | `dialog` | the dialog for an order |
+//! | `notice` | the outcome of an order |
 //! | `key` | keys |
-//! | `effect` | what is to be done outside the model, and its results |
-//! | `keys` | what each key does |
+//! | `effect` | effects outside the model, and their results |
+//! | `keys` | the effect of each key |
 
 pub(crate) mod close_up;
 mod cursor;
@@ -39,7 +39,7 @@ pub(crate) use key::KeyPress;
 pub(crate) use notice::Notice;
 use rows::{listed, modules};
 
-/// Which list the keys move in.
+/// The list that the keys move in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pane {
     Modules,
@@ -47,7 +47,7 @@ pub(crate) enum Pane {
     Events,
 }
 
-/// Everything that the screen is drawn from.
+/// All data that the screen is drawn from.
 #[derive(Debug)]
 pub(crate) struct Model {
     pub(crate) settings: ViewSettings,
@@ -57,9 +57,9 @@ pub(crate) struct Model {
     pub(crate) pane: Pane,
     module_cursor: RowCursor<ModuleId>,
     fault_cursor: RowCursor<RowId>,
-    /// Events that are scrolled over, from the latest.
+    /// Number of events scrolled past, from the latest.
     pub(crate) events_back: usize,
-    /// Words that rows are looked for by.
+    /// The words that filter rows.
     pub(crate) filter: String,
     /// Whether the filter is being typed.
     pub(crate) types_filter: bool,
@@ -94,12 +94,12 @@ impl Model {
         }
     }
 
-    /// What is shown: the latest, unless it is frozen.
+    /// The scene on the screen: the latest, unless frozen.
     pub(crate) fn shown(&self) -> &Scene {
         self.frozen.as_deref().unwrap_or(&self.scene)
     }
 
-    /// When what is shown was the case, as far as ages are concerned \[ns since 1970\].
+    /// The time to which ages on the screen refer \[ns since 1970\].
     pub(crate) fn shown_unix_ns(&self) -> u64 {
         self.frozen.as_ref().map_or(self.now_unix_ns, |scene| scene.time_unix_ns)
     }
@@ -110,7 +110,7 @@ impl Model {
         Some(self.now_unix_ns.saturating_sub(frozen.time_unix_ns))
     }
 
-    /// How old the latest picture is \[ns\].
+    /// The age of the latest scene \[ns\].
     pub(crate) fn picture_age_ns(&self) -> u64 {
         self.now_unix_ns.saturating_sub(self.scene.time_unix_ns)
     }
@@ -136,18 +136,18 @@ impl Model {
         self.module_cursor.place(rows)
     }
 
-    /// The time goes on.
+    /// Handles the passage of time.
     pub(crate) fn on_tick(&mut self, now_unix_ns: u64) -> Vec<ModelEffect> {
         self.now_unix_ns = now_unix_ns;
         self.questions()
     }
 
-    /// There is something new to see.
+    /// Handles a new scene.
     pub(crate) fn on_scene(&mut self, scene: Arc<Scene>, now_unix_ns: u64) -> Vec<ModelEffect> {
         let is_open = |scene: &Scene| scene.network == NetworkState::Open;
         let is_opened = is_open(&scene) && !is_open(&self.scene);
         self.scene = scene;
-        // What was listened to over a former session has ended with it.
+        // A subscription made over a former session ended with it.
         let again = self.close_up.as_ref().filter(|_| is_opened).map(|seen| seen.subject.module());
         let mut effects: Vec<ModelEffect> =
             again.map(|module| ModelEffect::Listen(Some(module))).into_iter().collect();
@@ -155,7 +155,7 @@ impl Model {
         effects
     }
 
-    /// Something that was asked for has come. What nobody looks at any more is passed over.
+    /// Handles the result of an effect; results for screens that were closed are ignored.
     pub(crate) fn on_answer(&mut self, answer: TaskResult) {
         match answer {
             TaskResult::Order(request, outcome) => {

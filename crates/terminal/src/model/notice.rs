@@ -1,9 +1,9 @@
-//! What became of what was typed, on one line.
+//! The outcome of the latest input, on one line.
 
 use observer::{OrderOutcome, OrderRequest};
 use vocabulary::words::Tone;
 
-/// A line, and how much attention it asks for.
+/// A line, and its severity.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Notice {
     pub(crate) tone: Tone,
@@ -15,13 +15,13 @@ impl Notice {
         Self { tone: Tone::Doubt, text: reason.into() }
     }
 
-    /// The order is on its way.
+    /// The order was sent.
     pub(crate) fn sent(request: &OrderRequest) -> Self {
         let (kind, subject) = (request.kind.as_str(), request.subject());
         Self { tone: Tone::Explained, text: format!("sent: {kind} {subject}; no answer yet") }
     }
 
-    /// How it ended.
+    /// The outcome of the order.
     pub(crate) fn ended(request: &OrderRequest, outcome: &OrderOutcome) -> Self {
         let text = outcome.words(request.kind, &request.subject());
         Self { tone: outcome.tone(), text }

@@ -1,8 +1,8 @@
-//! Which rows there are, the most urgent first.
+//! The rows of the lists, most urgent first.
 
 use observer::{ModuleId, ModuleView, Scene, StateRow, Urgency, alarms, rows};
 
-/// What is not normal. Of a module in `scope`, every component; with a filter, whatever it admits.
+/// Rows that are not normal. With a module in `scope`, all its components; with a filter, all rows that match.
 pub(crate) fn listed(scene: &Scene, filter: &str, scope: Option<&ModuleId>) -> Vec<StateRow> {
     let scoped: Vec<ModuleView>;
     let mut listed = if let Some(scope) = scope {
@@ -24,7 +24,7 @@ pub(crate) fn modules(scene: &Scene) -> Vec<ModuleId> {
     scene.modules.iter().map(ModuleView::id).collect()
 }
 
-/// Whether each word of the filter is in a text, whatever their case.
+/// Whether a text contains every word of the filter, ignoring case.
 fn admits(filter: &str, text: &str) -> bool {
     let text = text.to_lowercase();
     filter.to_lowercase().split_whitespace().all(|word| text.contains(word))

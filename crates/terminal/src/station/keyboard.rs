@@ -1,4 +1,4 @@
-//! Keys, read on a thread of their own: reading waits.
+//! Reads keys on a separate thread, because reading blocks.
 
 use std::io;
 use std::thread;
@@ -8,10 +8,10 @@ use tokio::sync::mpsc::{Receiver, channel};
 
 use crate::model::KeyPress;
 
-/// Keys that may wait to be looked at.
+/// Capacity of the key queue.
 const QUEUE: usize = 256;
 
-/// What comes from the terminal.
+/// Input from the terminal.
 #[derive(Debug)]
 pub(super) enum KeyboardInput {
     Press(KeyPress),
@@ -48,7 +48,7 @@ fn inputs(event: &Event) -> Vec<KeyboardInput> {
     }
 }
 
-/// A terminal sends the same for Alt with a key as for Esc and then that key; here it is the latter.
+/// Terminals send the same sequence for Alt with a key as for Esc followed by that key; it is read as the latter.
 fn keys(event: KeyEvent) -> Vec<KeyboardInput> {
     let escape = event.modifiers.contains(KeyModifiers::ALT).then_some(KeyPress::Esc);
     escape.into_iter().chain(key(event)).map(KeyboardInput::Press).collect()

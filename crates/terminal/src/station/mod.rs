@@ -1,11 +1,11 @@
-//! Everything that waits: keyboard, screen, signals, the network. What is drawn is decided by the model alone.
+//! Everything that blocks: keyboard, screen, signals, network. The model alone decides what is drawn.
 //!
 //! | file | what |
 //! |---|---|
-//! | `screen` | the terminal taken over, and given back however the process ends |
-//! | `keyboard` | keys, read on a thread of their own |
-//! | `signals` | what ends, suspends and continues the process |
-//! | `tasks` | orders and questions, each a task |
+//! | `screen` | takes over the terminal, and restores it however the process ends |
+//! | `keyboard` | reads keys on a separate thread |
+//! | `signals` | signals that end, suspend and continue the process |
+//! | `tasks` | orders and queries, each a task |
 
 mod keyboard;
 mod screen;
@@ -30,30 +30,30 @@ use screen::Screen;
 use signals::{ProcessSignal, ProcessSignals};
 use tasks::Tasks;
 
-/// From one drawing to the next at least.
+/// Shortest interval between drawings.
 const DRAW_EVERY: Duration = Duration::from_millis(100);
-/// How often ages are brought up to date.
+/// Interval at which ages are updated.
 const TICK: Duration = Duration::from_secs(1);
 
-/// Why the view ended other than by a key or a signal.
+/// An error that ended the view.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The terminal cannot be taken over, or cannot be drawn on any more.
     #[error("the terminal cannot be used: {0}")]
     Terminal(#[from] io::Error),
-    /// Nothing can be typed any more.
+    /// The keyboard cannot be read any more.
     #[error("the keyboard cannot be read: {0}")]
     Keyboard(String),
-    /// A part of the program has panicked; what it printed stands above.
+    /// A part of the program panicked; its message is printed above.
     #[error("internal error; please report it with the output above")]
     Panicked,
 }
 
-/// Shows the view until it is ended by a key or a signal; `open` is called until there is a session. The terminal is
-/// given back in any case.
+/// Shows the view until a key or a signal ends it; retries `open` until it returns a session. Always restores the
+/// terminal.
 ///
 /// # Errors
-/// The terminal or the keyboard cannot be used, or a part of the program has panicked.
+/// The terminal or the keyboard cannot be used, or a part of the program panicked.
 pub async fn run<F, E>(
     settings: ViewSettings,
     open: impl Fn() -> F + Send + 'static,
@@ -71,7 +71,7 @@ where
         live,
     };
     let outcome = station.attend(&mut screen, &mut signals).await;
-    // Before anything is printed.
+    // Restores the terminal before anything is printed.
     drop(screen);
     outcome
 }
@@ -82,7 +82,7 @@ struct Station {
     tasks: Tasks,
 }
 
-/// What the loop goes on with.
+/// How the loop continues.
 enum LoopControl {
     Go,
     Quit,
@@ -102,7 +102,7 @@ impl Station {
         let (mut drawn, mut is_drawn) = (Instant::now(), false);
         loop {
             let next = tokio::select! {
-                // Keys first: whatever comes in, it can be ended.
+                // Keys first, so that a flood of messages cannot prevent quitting.
                 biased;
                 signal = signals.next() => match signal {
                     ProcessSignal::End => return Ok(()),
@@ -145,7 +145,7 @@ impl Station {
         }
     }
 
-    /// Does what the model wants done. Nothing here waits.
+    /// Carries out the effects that the model requests. Does not block.
     fn carry_out(&mut self, change: impl FnOnce(&mut Model) -> Vec<ModelEffect>) -> LoopControl {
         let mut next = LoopControl::Go;
         for effect in change(&mut self.model) {

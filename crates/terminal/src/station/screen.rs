@@ -1,4 +1,4 @@
-//! The terminal taken over, and given back however the process ends: by a key, a signal, an error or a panic.
+//! Takes over the terminal, and restores it however the process ends: by a key, a signal, an error or a panic.
 
 use std::io::{self, Stdout, Write, stdout};
 use std::panic;
@@ -20,21 +20,21 @@ use crate::view;
 static PANICKED: AtomicBool = AtomicBool::new(false);
 static HOOK: Once = Once::new();
 
-/// The terminal while it is ours.
+/// The terminal while the view controls it.
 pub(super) struct Screen {
     terminal: Terminal<CrosstermBackend<Stdout>>,
 }
 
-/// Whether any thread or task has panicked. The terminal has been given back then.
+/// Whether any thread or task panicked, upon which the terminal was restored.
 pub(super) fn has_panicked() -> bool {
     PANICKED.load(Ordering::Acquire)
 }
 
 impl Screen {
-    /// Takes the terminal over.
+    /// Takes over the terminal.
     ///
     /// # Errors
-    /// It is none, or does not take what is written; it is as it was then.
+    /// The output is not a terminal or cannot be written; it is left as it was.
     pub(super) fn enter() -> io::Result<Self> {
         HOOK.call_once(|| {
             let former = panic::take_hook();
@@ -59,17 +59,18 @@ impl Screen {
         Ok(())
     }
 
-    /// Gives the terminal back and stops until the process is continued.
+    /// Restores the terminal and stops until the process is continued.
     pub(super) fn suspend(&mut self) -> io::Result<()> {
         give_back();
         raise(Signal::SIGSTOP)?;
         self.take_again()
     }
 
-    /// After others may have used the terminal.
+    /// Takes over the terminal again after other programs may have used it.
     pub(super) fn take_again(&mut self) -> io::Result<()> {
         take()?;
-        // Draws everything anew. `clear` would query the cursor's position, whose answer the keyboard's thread takes.
+        // Redraws everything. `clear` would query the cursor's position, and the keyboard thread would consume the
+        // reply.
         let size = self.terminal.size()?;
         self.terminal.resize(size.into())
     }
@@ -86,7 +87,7 @@ fn take() -> io::Result<()> {
     execute!(stdout(), EnterAlternateScreen, Hide)
 }
 
-/// As much of it as works: the terminal may be gone.
+/// Restores as much as possible: the terminal may be gone.
 fn give_back() {
     let _ = execute!(stdout(), Show, LeaveAlternateScreen);
     let _ = disable_raw_mode();

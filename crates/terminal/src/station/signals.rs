@@ -1,10 +1,10 @@
-//! What ends, suspends and continues the process.
+//! Signals that end, suspend and continue the process.
 
 use std::io;
 
 use tokio::signal::unix::{Signal as Stream, SignalKind, signal};
 
-/// What a signal asks for.
+/// The request that a signal makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum ProcessSignal {
     End,
@@ -12,7 +12,7 @@ pub(super) enum ProcessSignal {
     Continued,
 }
 
-/// The signals that are handled.
+/// The handled signals.
 #[derive(Debug)]
 pub(super) struct ProcessSignals {
     terminate: Stream,
@@ -36,7 +36,7 @@ impl ProcessSignals {
         })
     }
 
-    /// The next; may be given up at any time.
+    /// The next signal; cancel-safe.
     pub(super) async fn next(&mut self) -> ProcessSignal {
         tokio::select! {
             _ = self.terminate.recv() => ProcessSignal::End,

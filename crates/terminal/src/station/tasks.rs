@@ -1,4 +1,4 @@
-//! Orders and questions to modules, each a task whose result comes back here.
+//! Orders and queries to modules, each a task whose result is queued here.
 
 use std::time::Duration;
 
@@ -12,10 +12,10 @@ use zenoh::Session;
 
 use crate::model::effect::{ModelEffect, TaskResult};
 
-/// Answers that may wait.
+/// Capacity of the result queue.
 const QUEUE: usize = 256;
 
-/// Everything that is under way. It ends when it is dropped.
+/// All tasks in progress; dropping this aborts them.
 pub(super) struct Tasks {
     timeout: Duration,
     tasks: JoinSet<()>,
@@ -30,12 +30,12 @@ impl Tasks {
         Self { timeout, tasks: JoinSet::new(), listening: None, outlet, inbox }
     }
 
-    /// The next answer; may be given up at any time.
+    /// The next result; cancel-safe.
     pub(super) async fn next(&mut self) -> Option<TaskResult> {
         self.inbox.recv().await
     }
 
-    /// Begins what the model wants done. Does not wait.
+    /// Starts an effect without blocking.
     pub(super) fn send(&mut self, effect: ModelEffect, session: Option<Session>) {
         while self.tasks.try_join_next().is_some() {}
         let (outlet, timeout) = (self.outlet.clone(), self.timeout);
@@ -67,7 +67,7 @@ impl Tasks {
         }
     }
 
-    /// A diagnoser publishes its divergences only as long as somebody listens.
+    /// Subscribes to divergences, which a diagnoser publishes only while there is a subscriber.
     fn listen(&mut self, whom: Option<ModuleId>, session: Option<Session>) {
         if let Some(former) = self.listening.take() {
             former.abort();
@@ -105,7 +105,7 @@ async fn order(
     observer::order(&session, request, timeout).await.into()
 }
 
-/// The freeze frame of the fault that a component has.
+/// The freeze frame of a component's present fault.
 async fn frame(
     session: Option<Session>,
     fault: &FaultTransition,

@@ -1,11 +1,11 @@
-//! How long ago something was.
+//! Formats ages.
 
-/// In the largest unit that is at least two: `12 s`, `3 min`, `5 h`, `2 d`.
+/// An age in the largest unit that gives at least two: `12 s`, `3 min`, `5 h`, `2 d`.
 pub(super) fn age(then_unix_ns: u64, now_unix_ns: u64) -> String {
     span(now_unix_ns.saturating_sub(then_unix_ns))
 }
 
-/// A span of time \[ns\] in the same manner.
+/// A duration \[ns\] in the same format.
 pub(super) fn span(ns: u64) -> String {
     let seconds = ns / 1_000_000_000;
     match seconds {

@@ -1,4 +1,4 @@
-//! Texts in their places, cut where the place ends.
+//! Places text in cells, truncated to the available width.
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
@@ -7,18 +7,18 @@ use ratatui::text::Span;
 
 use super::palette::Palette;
 
-/// What stands at the end of a text that is cut.
+/// Marks truncated text.
 const CUT: &str = "…";
-/// Between columns.
+/// Columns between table columns.
 const GAP: u16 = 2;
 
-/// Where everything is drawn.
+/// The buffer and styles for drawing.
 pub(super) struct Cells<'a> {
     pub(super) buffer: &'a mut Buffer,
     pub(super) palette: Palette,
 }
 
-/// So many lines of an area, from this one on.
+/// An area of so many lines, from this line on.
 pub(super) fn part(area: Rect, from: u16, lines: u16) -> Rect {
     let from = from.min(area.height);
     let height = lines.min(area.height - from);
@@ -26,7 +26,7 @@ pub(super) fn part(area: Rect, from: u16, lines: u16) -> Rect {
 }
 
 impl Cells<'_> {
-    /// A text on a line of an area; nothing if the area has no such line.
+    /// Draws text on a line of an area; nothing if the area has no such line.
     pub(super) fn text(&mut self, area: Rect, line: u16, text: &str, style: Style) {
         if line < area.height {
             let text = cut(text, area.width);
@@ -35,14 +35,14 @@ impl Cells<'_> {
         }
     }
 
-    /// The same at the right.
+    /// Likewise, aligned right.
     pub(super) fn right(&mut self, area: Rect, line: u16, text: &str, style: Style) {
         let width = columns(text).min(area.width);
         let place = Rect { x: area.x + area.width - width, width, ..area };
         self.text(place, line, text, style);
     }
 
-    /// Cells of a table in columns of these widths; the last takes what is left.
+    /// Draws a table row with columns of these widths; the last column takes the remaining width.
     pub(super) fn row(&mut self, area: Rect, line: u16, cells: &[(&str, u16)], style: Style) {
         if line >= area.height {
             return;
@@ -60,7 +60,7 @@ impl Cells<'_> {
     }
 }
 
-/// How wide columns have to be for these rows, but no wider than `most`.
+/// The column widths that these rows need, at most `most`.
 pub(super) fn widths<const N: usize>(rows: &[[String; N]], most: [u16; N]) -> [u16; N] {
     std::array::from_fn(|column| {
         let needed = rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
@@ -68,7 +68,7 @@ pub(super) fn widths<const N: usize>(rows: &[[String; N]], most: [u16; N]) -> [u
     })
 }
 
-/// The text, or as much of it as fits.
+/// The text, truncated to the width.
 pub(super) fn cut(text: &str, width: u16) -> String {
     if columns(text) <= width {
         return text.to_owned();
@@ -84,7 +84,7 @@ pub(super) fn cut(text: &str, width: u16) -> String {
     if width == 0 { String::new() } else { kept + CUT }
 }
 
-/// The text on as many lines as there are, broken between words.
+/// The text wrapped between words, at most so many lines.
 pub(super) fn folded(text: &str, width: u16, lines: usize) -> Vec<String> {
     let mut folded: Vec<String> = vec![String::new()];
     for word in text.split(' ') {
@@ -102,7 +102,7 @@ pub(super) fn folded(text: &str, width: u16, lines: usize) -> Vec<String> {
     folded.iter().map(|line| cut(line, width)).collect()
 }
 
-/// How many columns a text takes.
+/// The width of a text in columns.
 pub(super) fn columns(text: &str) -> u16 {
     u16::try_from(Span::raw(text).width()).unwrap_or(u16::MAX)
 }

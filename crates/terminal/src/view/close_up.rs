@@ -1,4 +1,4 @@
-//! One component: its state, why, what it is, and its residual and divergence around the onset and now.
+//! The close-up of one component: state, reason, kind of fault; residual and divergence around the onset and now.
 
 use observer::{StateRow, known_identification};
 use ratatui::layout::Rect;
@@ -14,9 +14,9 @@ use super::plot::{self, Plot};
 use crate::model::Model;
 use crate::model::close_up::{CloseUp, Fetched};
 
-/// Columns of the names of facts.
+/// Width of the fact names, in columns.
 const NAMES: u16 = 10;
-/// Lines of a reason.
+/// Most lines of a reason.
 const REASON: usize = 3;
 
 pub(super) fn draw(model: &Model, seen: &CloseUp, area: Rect, cells: &mut Cells) {
@@ -68,7 +68,7 @@ fn facts(row: &StateRow, present: &FaultTransition, seen: &CloseUp) -> Vec<(&'st
     known.filter(|(_, text)| !text.is_empty()).collect()
 }
 
-/// The latest word on its kind, with the other contenders.
+/// The latest identification, with the alternatives.
 fn what_it_is(present: &FaultTransition, seen: &CloseUp) -> Option<String> {
     if !present.state().is_fault() {
         return None;
@@ -106,7 +106,7 @@ fn plots(seen: &CloseUp, area: Rect, cells: &mut Cells) {
     plot::draw(&second, latest_ratio, cells);
 }
 
-/// Around the onset.
+/// Plots of the freeze frame, around the onset.
 fn of_frame(frame: &Fetched<Box<FreezeFrame>>) -> [Plot; 2] {
     let empty = |title: &str, why: &str| Plot {
         title: title.to_owned(),
@@ -157,7 +157,7 @@ fn points(frame: &FreezeFrame, name: &str, of: impl Fn(f64) -> f64) -> Vec<(f64,
     steps.zip(values).map(|(step, value)| (step, value.map_or(f64::NAN, &of))).collect()
 }
 
-/// As they come in.
+/// Plots of the divergences as they arrive.
 fn of_latest(seen: &CloseUp) -> [Plot; 2] {
     let (scale, unit) = match seen.subject.component.component.kind() {
         vocabulary::ComponentKind::Sensor => (1e6, "µm"),

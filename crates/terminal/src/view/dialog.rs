@@ -1,4 +1,4 @@
-//! An order while it is being worded, over whatever is behind it.
+//! The dialog for an order, drawn over the screen behind it.
 
 use ratatui::layout::Rect;
 use ratatui::widgets::{Block, Clear, Widget};
@@ -7,7 +7,7 @@ use vocabulary::words::{Tone, printable};
 use super::cells::{Cells, folded};
 use crate::model::dialog::{Dialog, Stage};
 
-/// Lines inside of the frame.
+/// Lines inside the frame.
 const LINES: u16 = 6;
 
 pub(super) fn draw(dialog: &Dialog, area: Rect, cells: &mut Cells) {

@@ -1,4 +1,4 @@
-//! The latest events, the latest at the bottom.
+//! Recent events, the latest at the bottom.
 
 use observer::EventLine;
 use ratatui::layout::Rect;

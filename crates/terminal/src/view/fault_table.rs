@@ -1,4 +1,4 @@
-//! What needs attention, the most urgent first: state, since when, what it is, why.
+//! Alarms, most urgent first: state, time, kind, reason.
 
 use observer::{RowId, StateRow};
 use ratatui::layout::Rect;
@@ -10,10 +10,10 @@ use super::cells::{Cells, part, widths};
 use super::palette::{module_symbol, symbol};
 use crate::model::{Model, Pane};
 
-/// From this width on, what it is and why have a column each.
+/// From this width on, kind and reason have separate columns.
 const WIDE: u16 = 110;
 
-/// No column is wider than this; the last takes what is left.
+/// Maximum width of each column; the last takes the remaining width.
 const MOST: [u16; 6] = [1, 36, 20, 7, 44, 0];
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
@@ -43,7 +43,7 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     }
 }
 
-/// What it is and why, of the row that is selected.
+/// Kind and reason of the selected row.
 pub(super) fn selected(model: &Model) -> Option<String> {
     let rows = model.listed();
     let keys: Vec<RowId> = rows.iter().map(StateRow::id).collect();
@@ -61,7 +61,7 @@ fn heading(model: &Model, count: usize) -> [String; 6] {
     ["", &what, "state", "since", "what it is", "why"].map(str::to_owned)
 }
 
-/// What it is and why in one column.
+/// Merges kind and reason into one column.
 fn merge(cells: &mut [String; 6]) {
     let what = std::mem::take(&mut cells[4]);
     let joint = if what.is_empty() || cells[5].is_empty() { "" } else { "; " };
@@ -84,13 +84,13 @@ fn put(
     cells: &mut Cells,
 ) {
     let columns = texts.iter().map(String::as_str).zip(widths).enumerate();
-    // Without a column of its own, what it is stands with the reasons.
+    // If the kind has no column, it is merged with the reason.
     let columns = columns.filter(|(place, (_, width))| *place != 4 || *width > 0);
     let columns: Vec<(&str, u16)> = columns.map(|(_, column)| column).collect();
     cells.row(area, line, &columns, style);
 }
 
-/// Why there is no row; nothing is called well that is not known.
+/// The reason why the list is empty; never a claim of health without evidence.
 fn empty(model: &Model) -> String {
     let scene = model.shown();
     if !model.filter.trim().is_empty() {

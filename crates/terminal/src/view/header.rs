@@ -1,4 +1,4 @@
-//! Structure, counts, network; whether what is shown is current.
+//! Structure, counts, network, and whether the screen is current.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use super::age::span;
 use super::cells::Cells;
 use crate::model::Model;
 
-/// A picture older than this is not current \[ns\].
+/// A scene older than this is outdated \[ns\].
 const OLD_NS: u64 = 3_000_000_000;
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
@@ -52,7 +52,7 @@ fn network(model: &Model) -> (Tone, String) {
     }
 }
 
-/// That the screen is frozen, or the picture old.
+/// A warning that the screen is frozen or the scene outdated.
 fn currency(model: &Model) -> Option<(Tone, String)> {
     if let Some(frozen) = model.frozen_for_ns() {
         return Some((Tone::Doubt, format!("FROZEN {}, f thaws", span(frozen))));

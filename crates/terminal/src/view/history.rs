@@ -1,4 +1,4 @@
-//! A component's history, the latest first.
+//! A component's history, latest first.
 
 use ratatui::layout::Rect;
 use vocabulary::words::{Tone, utc};

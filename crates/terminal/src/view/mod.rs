@@ -1,4 +1,4 @@
-//! The model drawn into a buffer of cells.
+//! Draws the model into a buffer of cells.
 //!
 //! | file | what |
 //! |---|---|
@@ -7,12 +7,12 @@
 //! | `close_up` | one component with its plots |
 //! | `history` | its history |
 //! | `help` | keys and symbols |
-//! | `dialog` | an order while it is being worded |
-//! | `footer` | what became of it, and which keys there are |
+//! | `dialog` | the dialog for an order |
+//! | `footer` | the outcome of the latest input, and the available keys |
 //! | `plot` | one curve with a level and marks |
 //! | `palette` | symbols and colours |
-//! | `cells` | texts in their places |
-//! | `age` | how long ago |
+//! | `cells` | places text in cells |
+//! | `age` | formats ages |
 
 mod age;
 mod cells;
@@ -39,7 +39,7 @@ pub use plot::Plot;
 /// Lines of header and footer.
 const HEADER: u16 = 2;
 const FOOTER: u16 = 2;
-/// Smaller screens show what fits.
+/// Smaller screens show only what fits.
 const LEAST: (u16, u16) = (40, 10);
 
 /// Draws the whole screen.
@@ -67,7 +67,7 @@ pub(crate) fn draw(model: &Model, area: Rect, buffer: &mut Buffer) {
     }
 }
 
-/// A quarter for the modules at most and a quarter for the events at least; the rest for what needs attention.
+/// At most a quarter for the modules, at least a quarter for the events, the rest for alarms.
 fn lists(model: &Model, area: Rect, cells: &mut Cells) {
     let modules = u16::try_from(model.modules().len()).unwrap_or(u16::MAX);
     let above = 1 + modules.clamp(1, area.height / 4);

@@ -1,4 +1,4 @@
-//! The modules: phase, lag, age, journal, what is set aside.
+//! The modules: phase, lag, age, journal, shelved and suppressed alarms.
 
 use observer::ModuleView;
 use ratatui::layout::Rect;
@@ -10,7 +10,7 @@ use super::cells::{Cells, part, widths};
 use super::palette::module_symbol;
 use crate::model::{Model, Pane};
 
-/// No column is wider than this; the last takes what is left.
+/// Maximum width of each column; the last takes the remaining width.
 const MOST: [u16; 7] = [1, 24, 19, 8, 12, 8, 0];
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {

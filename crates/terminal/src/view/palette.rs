@@ -1,4 +1,4 @@
-//! Symbols and colours. A colour never stands alone: beside it are a symbol and a word.
+//! Symbols and colours. A colour always comes with a symbol and a word.
 
 use observer::Urgency;
 use ratatui::style::{Color, Modifier, Style};
@@ -25,7 +25,7 @@ impl Palette {
         }
     }
 
-    /// Headings; the one that the keys move in stands out.
+    /// Headings; that of the active list is highlighted.
     pub(super) fn heading(self, is_active: bool) -> Style {
         let style = self.plain().add_modifier(Modifier::BOLD);
         if is_active { style.add_modifier(Modifier::REVERSED) } else { style }
@@ -39,7 +39,7 @@ impl Palette {
         if self.colours { self.plain().fg(colour) } else { self.plain() }
     }
 
-    /// The colour of what is no text.
+    /// The colour of lines and other elements without text.
     pub(super) fn colour(self, colour: Color) -> Color {
         if self.colours { colour } else { Color::Reset }
     }

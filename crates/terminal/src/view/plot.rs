@@ -1,5 +1,5 @@
-//! One curve over the steps with a level, another curve that was fitted to it, and marks, drawn with dots (braille).
-//! Level, fit and marks are of other characters, so that the drawing can be read without colours.
+//! Plots a curve over the steps with a level, a fitted curve and marks in braille dots. Level, fit and marks use
+//! different characters, so that the plot is readable without colours.
 
 use anstyle::AnsiColor;
 use ratatui::buffer::{Buffer, Cell};
@@ -13,36 +13,36 @@ use vocabulary::words::decimals;
 use super::cells::Cells;
 use super::palette::Palette;
 
-/// Columns of the labels.
+/// Width of the labels, in columns.
 const LABELS: u16 = 8;
 /// An empty cell of the canvas.
 const BLANK: [&str; 2] = [" ", "⠀"];
-/// The fitted curve, and where it covers dots of the measured one.
+/// The fitted curve, and where it coincides with measured dots.
 const FITTED: [&str; 2] = ["•", "●"];
 
-/// One curve over the steps.
+/// A curve over the steps.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Plot {
-    /// What is drawn, in which unit.
+    /// The quantity, with its unit.
     pub title: String,
-    /// Step and value, in the order of the steps; a value that is not finite is left out. Joined by lines, unless
-    /// another curve is fitted to it.
+    /// Pairs of step and value in the order of the steps, joined by lines unless a curve is fitted; values that are not
+    /// finite are omitted.
     pub points: Vec<(f64, f64)>,
-    /// Another curve, in the order of the steps.
+    /// A fitted curve, in the order of the steps.
     pub fitted: Vec<(f64, f64)>,
-    /// A value of interest, drawn as a line across.
+    /// A value of interest, drawn as a horizontal line.
     pub level: Option<f64>,
     /// Steps of interest, drawn as vertical lines.
     pub marks: Vec<f64>,
-    /// What stands instead of the curve if there are no points.
+    /// The text shown instead if there are no points.
     pub otherwise: String,
 }
 
 impl Plot {
-    /// What the characters are of a plot with a fitted curve.
+    /// The legend for a plot with a fitted curve.
     pub const FIT_LEGEND: &str = "⠒ measured   • fitted   ● both";
 
-    /// The plot as lines of text, of which the first is the title and the last has the steps.
+    /// The plot as lines of text; the first is the title, the last shows the steps.
     #[must_use]
     pub fn text(&self, width: u16, height: u16, colours: bool) -> String {
         let area = Rect::new(0, 0, width.max(1), height);
@@ -57,7 +57,7 @@ impl Plot {
     }
 }
 
-/// Cells of one colour, with the codes that a terminal knows it by.
+/// A run of cells of one colour, with the escape codes for it.
 fn run(cells: &[Cell]) -> String {
     let text: String =
         cells.iter().map(Cell::symbol).collect::<String>().replace(BLANK[1], BLANK[0]);
@@ -84,12 +84,12 @@ impl AxisRange {
             let AxisRange { low, high } = range.unwrap_or(AxisRange { low: value, high: value });
             Some(AxisRange { low: low.min(value), high: high.max(value) })
         })?;
-        // Of a constant, some room around it.
+        // A constant curve gets some space above and below.
         let room = if range.high > range.low { 0.0 } else { (range.high.abs() * 0.1).max(1e-9) };
         Some(AxisRange { low: range.low - room, high: range.high + room })
     }
 
-    /// Which of so many places, from the low end on.
+    /// The index of a value among so many positions, from the low end on.
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -115,7 +115,7 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
     };
     let points: Vec<_> =
         plot.points.iter().copied().filter(|(_, value)| value.is_finite()).collect();
-    // Plots of the same steps are above each other, whatever is undefined in them.
+    // Plots over the same steps stay aligned, even where values are undefined.
     let steps = AxisRange::of(plot.points.iter().map(|(step, _)| *step));
     let values = points.iter().chain(&plot.fitted).map(|(_, value)| *value);
     let values = AxisRange::of(values.chain(plot.level));
@@ -143,7 +143,7 @@ fn canvas<F: Fn(&mut Context<'_>)>(
         .paint(paint)
 }
 
-/// Lines from each of these places to the next.
+/// Draws lines between successive points.
 fn join(context: &mut Context<'_>, points: &[(f64, f64)], color: Color) {
     for pair in points.windows(2) {
         let [(x1, y1), (x2, y2)] = [pair[0], pair[1]];
@@ -158,7 +158,7 @@ fn curve(points: &[(f64, f64)], ranges: (AxisRange, AxisRange), inner: Rect, cel
         .render(inner, cells.buffer);
 }
 
-/// Dots that were measured, and over them the fitted curve.
+/// Draws measured dots, and the fitted curve over them.
 fn fit(
     points: &[(f64, f64)],
     fitted: &[(f64, f64)],
@@ -192,7 +192,7 @@ fn level(plot: &Plot, values: AxisRange, inner: Rect, cells: &mut Cells) {
     }
 }
 
-/// Down to the line of the steps, where no curve hides them.
+/// Draws the marks down to the axis of steps, where curves do not hide them.
 fn marks(plot: &Plot, steps: AxisRange, inner: Rect, cells: &mut Cells) {
     for place in plot.marks.iter().filter_map(|mark| steps.place(*mark, inner.width)) {
         for line in inner.y..=inner.y + inner.height {
@@ -201,7 +201,7 @@ fn marks(plot: &Plot, steps: AxisRange, inner: Rect, cells: &mut Cells) {
     }
 }
 
-/// Where the curve is not.
+/// Draws a symbol where the cell is empty.
 fn fill(column: u16, line: u16, symbol: &str, cells: &mut Cells) {
     let cell = &mut cells.buffer[(column, line)];
     if BLANK.contains(&cell.symbol()) {

@@ -1,4 +1,4 @@
-//! Members: their ends, their sections, their place in space.
+//! Members: ends, sections, position in space.
 
 use super::sections::{Section, Sections};
 use crate::check::{Check, KnownNames, Located, NumberRange};
@@ -9,14 +9,14 @@ use crate::member::{Member, MemberKind};
 use crate::structure::Node;
 use vocabulary::MemberName;
 
-/// Ends closer than this are at the same place \[m\].
+/// Ends closer than this are at the same position \[m\].
 const SHORTEST_M: f64 = 1e-6;
-/// Below this share across a member a vector counts as running along it.
+/// A vector with less than this share perpendicular to a member is considered parallel to it.
 const ALONG: f64 = 1e-6;
-/// A unit vector is one up to this.
+/// Tolerance for the length of a unit vector.
 const ROUNDING: f64 = 1e-14;
 
-/// A member and the module it belongs to, as far as they are known.
+/// A member and the module it belongs to, if known.
 pub(super) struct PlacedMember {
     pub(super) member: Option<Member>,
     pub(super) ends: [Option<usize>; 2],
@@ -104,7 +104,7 @@ fn member(
     })
 }
 
-/// Length and direction of a member; none is reported.
+/// Length and direction of a member; `None` for a length of 0, which is reported.
 fn span(
     check: &mut Check,
     line: usize,
@@ -148,8 +148,8 @@ pub(super) fn report_zero_length(
     );
 }
 
-/// The local y axis: the given vector made square to the member, or, by default, the horizontal
-/// one (the global y axis for a vertical member).
+/// The local y axis: the component of the given vector perpendicular to the member or, by default, the horizontal one
+/// (the global y axis for a vertical member).
 fn local_y(
     check: &mut Check,
     line: usize,
@@ -163,7 +163,7 @@ fn local_y(
         None if norm(horizontal) < ALONG => [0.0, 1.0, 0.0],
         None => horizontal,
     };
-    // What is square and of unit length already stays as it is to the last bit.
+    // A vector that is already perpendicular and of unit length is kept to the last bit.
     if is_square_to(wanted, axis) {
         return Some(wanted);
     }
@@ -174,8 +174,8 @@ fn local_y(
         );
         return None;
     };
-    // A vector that runs almost along the member is square only after a second time; it must be, or
-    // reading it back from where it was written out would give another one.
+    // A vector almost parallel to the member becomes perpendicular only after a second pass. It must be exact, because
+    // otherwise reading it back from a written file would give a different vector.
     if is_square_to(across, axis) { Some(across) } else { made_square(across, axis) }
 }
 
@@ -187,7 +187,7 @@ fn is_square_to(vector: [f64; 3], axis: [f64; 3]) -> bool {
     dot(vector, axis).abs() < ROUNDING && (norm(vector) - 1.0).abs() < ROUNDING
 }
 
-/// What of a vector is square to the axis, with unit length; none if next to nothing is.
+/// The component of a vector perpendicular to the axis, with unit length; `None` if it almost vanishes.
 fn made_square(vector: [f64; 3], axis: [f64; 3]) -> Option<[f64; 3]> {
     let along = dot(vector, axis);
     let across: [f64; 3] = std::array::from_fn(|i| vector[i] - along * axis[i]);

@@ -1,4 +1,4 @@
-//! Modules: what belongs to them, what they stand on, what they are equipped with.
+//! Modules: their members, lower interfaces and equipment.
 
 use std::collections::BTreeSet;
 
@@ -54,8 +54,7 @@ pub(super) fn module(
     })
 }
 
-/// The nodes on which a module stands: those it names or, by default, those that it shares with
-/// the modules before it.
+/// The nodes on which a module stands: those named or, by default, those shared with earlier modules.
 fn lower_interface(
     check: &mut Check,
     line: usize,
@@ -81,7 +80,7 @@ fn lower_interface(
     interface
 }
 
-/// What belongs to a module.
+/// The entries that belong to a module.
 struct Own<'a> {
     owner: &'a str,
     index: usize,

@@ -1,4 +1,4 @@
-//! Alarms that are set aside, and who did it.
+//! Shelving and suppression in words.
 
 use crate::printable;
 use crate::{Aside, FaultTransition, Shelving};
@@ -6,7 +6,7 @@ use crate::{Aside, FaultTransition, Shelving};
 use super::state::state_in_words;
 use super::time::utc;
 
-/// Until when, by whom and why the component's alarm is set aside; none if it counts.
+/// The shelving or suppression of the component's alarm, with end, issuer and reason; `None` if the alarm is active.
 #[must_use]
 pub fn aside(transition: &FaultTransition) -> Option<String> {
     transition.aside().map(|aside| match aside {
@@ -15,14 +15,14 @@ pub fn aside(transition: &FaultTransition) -> Option<String> {
     })
 }
 
-/// Each way in which the component's alarm is set aside, with until when, by whom and why.
+/// Shelving and suppression of the component's alarm, each with end, issuer and reason.
 pub(crate) fn asides(transition: &FaultTransition) -> impl Iterator<Item = String> {
     let both = [("shelved", &transition.shelved), ("suppressed", &transition.suppressed)];
     both.into_iter()
         .filter_map(|(how, shelving)| Some(format!("{how} {}", until(shelving.as_ref()?))))
 }
 
-/// The state, and how its alarm is set aside: two words that stand where there is little room.
+/// The state, and whether the alarm is shelved or suppressed: two words for places with little space.
 #[must_use]
 pub fn state_and_aside(transition: &FaultTransition) -> String {
     let state = state_in_words(transition);
@@ -33,7 +33,7 @@ pub fn state_and_aside(transition: &FaultTransition) -> String {
     }
 }
 
-/// Until when, by whom and why.
+/// End, issuer and reason.
 #[must_use]
 pub fn until(shelving: &Shelving) -> String {
     let Shelving { until_unix_ns, by, on_behalf_of, reason, .. } = shelving;

@@ -26,10 +26,10 @@ pub use state::state_in_words;
 pub use time::utc;
 pub use tone::{Tone, phase_tone, state_tone};
 
-/// What stands where there is no value.
+/// The placeholder for a missing value.
 pub const NOTHING: &str = "-";
 
-/// A value, or what stands where there is none.
+/// A value, or the placeholder for a missing one.
 pub fn or_nothing<T: ToString>(value: Option<T>) -> String {
     value.map_or_else(|| NOTHING.to_owned(), |value| value.to_string())
 }

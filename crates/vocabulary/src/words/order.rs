@@ -2,7 +2,7 @@
 
 use crate::OrderKind;
 
-/// Why nobody takes an order to a module that is there.
+/// Why a running module did not accept an order.
 pub const UNTAKEN: &str =
     "no diagnoser accepted the command (stopped, or denied by access control)";
 

@@ -78,7 +78,7 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
     }
 }
 
-/// What was ordered, by whom and why.
+/// An order with its issuer and reason.
 #[must_use]
 pub fn ordered(given: &GivenOrder) -> String {
     let what = match given.kind {

@@ -1,4 +1,4 @@
-//! Failed sign-ins, by address: after several failures an address has to wait.
+//! Limits failed sign-ins per address: after several failures an address has to wait.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-/// Failures of one address within [`WINDOW`]. A secret has 256 bits; this bounds what guessing costs here.
+/// Failures allowed per address within [`WINDOW`]. A secret has 256 bits; this bounds the cost of guessing.
 const MOST: u32 = 10;
 const WINDOW: Duration = Duration::from_secs(60);
 /// Addresses that are remembered.
@@ -31,7 +31,7 @@ impl Attempts {
             .is_some_and(|failures| !failures.is_over(now) && failures.count >= MOST)
     }
 
-    /// One more failure.
+    /// Records a failure.
     pub(crate) fn failed(&self, address: IpAddr, now: Instant) {
         let mut failures = self.0.lock();
         if failures.len() >= ADDRESSES && !failures.contains_key(&address) {

@@ -1,12 +1,12 @@
-//! Where a browser goes after a form: a page of this site, whatever the form says.
+//! The redirect after a form was sent: always to a page of this site, whatever the form requests.
 
 use axum::http::HeaderValue;
 
-/// Longest path that is gone back to, in bytes.
+/// Longest path accepted, in bytes.
 const LONGEST: usize = 500;
 
-/// The path as a header, if it is one of this site; else the first page. A path that begins with two slashes, or with a
-/// backslash, names another site to a browser.
+/// The path as a header if it is on this site, otherwise the overview. Browsers read a path that begins with two
+/// slashes or with a backslash as another site.
 pub(crate) fn destination(back: Option<&String>) -> HeaderValue {
     let own = back.filter(|path| is_own(path));
     let header = own.and_then(|path| HeaderValue::from_str(path).ok());

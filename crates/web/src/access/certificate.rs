@@ -1,4 +1,4 @@
-//! Signing in by a certificate of the structure's authority.
+//! Sign-in with a certificate issued by the structure's authority.
 
 use std::path::PathBuf;
 
@@ -9,18 +9,18 @@ use super::sessions::SignedIn;
 /// Why sign-in by a certificate is refused.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum CertificateRefusal {
-    /// Of a machine.
+    /// The certificate belongs to a machine.
     #[error("the certificate is that of `{0}`; people sign in as an operator or an observer")]
     NoPerson(Issued),
-    /// Given up.
+    /// The certificate is revoked.
     #[error("the certificate of `{0}` is revoked; use the present one")]
     Revoked(Issued),
-    /// Nobody knows.
+    /// The list of revoked certificates cannot be read.
     #[error("cannot read revoked certificates ({0}); sign-in by certificate disabled")]
     Unreadable(String),
 }
 
-/// Who is let in by a certificate that TLS has verified. `revoked`: the directory of those that are revoked.
+/// Maps a certificate verified by TLS to a person. `revoked` is the directory of revoked certificates.
 pub(crate) fn person(
     shown: &Issued,
     revoked: Option<&PathBuf>,
@@ -33,7 +33,7 @@ pub(crate) fn person(
     if let Some(directory) = revoked {
         let list = pki::library::revoked_in(directory);
         let list = list.map_err(|error| CertificateRefusal::Unreadable(error.to_string()))?;
-        // A later one was made because this one was given up.
+        // A certificate of a later generation was issued to replace the revoked one.
         let outdates = |revoked: &Issued| {
             revoked.holder == shown.holder && revoked.generation >= shown.generation
         };

@@ -1,23 +1,23 @@
-//! The cookie that has the secret of a session.
+//! The cookie that carries the secret of a session.
 
 use axum::http::{HeaderMap, HeaderValue, header};
 
 use super::secret::Secret;
 
-/// Over TLS. Browsers take it from this very host over TLS only: no neighbour can plant it.
+/// Name over TLS. Browsers accept it only from this host over TLS, so no other host of the domain can set it.
 const SECURE_NAME: &str = "__Host-trusswatch";
-/// Over plain HTTP on this machine.
+/// Name over plain HTTP on this machine.
 const PLAIN_NAME: &str = "trusswatch";
 
-/// How the cookie is called and sent.
+/// Name and attributes of the cookie.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cookie {
-    /// Whether the browser is on TLS.
+    /// Whether the browser connects over TLS.
     pub(crate) is_secure: bool,
 }
 
 impl Cookie {
-    /// The session that a request names. Of several cookies of the name none counts: somebody has planted one.
+    /// The session named in a request. Several cookies of this name are all ignored, because at least one was planted.
     pub(crate) fn read(self, headers: &HeaderMap) -> Option<Secret> {
         let values = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
         let pairs =
@@ -29,13 +29,13 @@ impl Cookie {
         }
     }
 
-    /// Gives the browser a session.
+    /// Sets the cookie.
     pub(crate) fn set(self, session: &Secret) -> Option<HeaderValue> {
         let value = format!("{}={}{}", self.name(), session.as_str(), self.attributes());
         HeaderValue::from_str(&value).ok()
     }
 
-    /// Takes it away.
+    /// Deletes the cookie.
     pub(crate) fn clear(self) -> Option<HeaderValue> {
         HeaderValue::from_str(&format!("{}={}; Max-Age=0", self.name(), self.attributes())).ok()
     }

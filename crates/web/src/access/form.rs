@@ -1,4 +1,4 @@
-//! The fields of a form that was sent, bounded.
+//! The fields of a submitted form, with limits on size and time.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -12,7 +12,7 @@ use axum::http::{Request, StatusCode};
 
 /// Longest form, in bytes.
 const LONGEST: usize = 16 * 1024;
-/// A form that has not come by then is given up.
+/// Timeout for receiving a form.
 const WITHIN: Duration = Duration::from_secs(10);
 
 /// The fields of a form, by name.
@@ -20,7 +20,7 @@ const WITHIN: Duration = Duration::from_secs(10);
 pub(crate) struct Fields(BTreeMap<String, String>);
 
 impl Fields {
-    /// A field, if it is there.
+    /// A field, if present.
     pub(crate) fn get(&self, name: &str) -> Option<&String> {
         self.0.get(name)
     }
@@ -37,7 +37,7 @@ impl<'a> FromIterator<(&'a str, &'a str)> for Fields {
     }
 }
 
-/// Those that the guard has read.
+/// Takes the fields that the guard has read.
 impl<S: Sync> FromRequestParts<S> for Fields {
     type Rejection = Infallible;
 

@@ -1,4 +1,4 @@
-//! What every request has to pass, whatever page it is for. A page behind it need not think of any of this.
+//! Checks on every request, for every page, so that pages need not repeat them.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -18,13 +18,13 @@ use super::{Access, Person, Visit, certificate, form, headers, plain};
 use crate::assets::{ALARM_ICON_PATH, ICON_PATH};
 use crate::listener::Connection;
 
-/// Where people sign in.
+/// Path of the sign-in page.
 pub(super) const SIGN_IN: &str = "/sign-in";
-/// What is there for everybody even if pages are not: it says nothing of the structure.
+/// Paths served without sign-in even if pages require it; they reveal nothing about the structure.
 const OPEN: [&str; 7] =
     [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", ICON_PATH, ALARM_ICON_PATH];
 
-/// Why a request goes no further.
+/// Why a request is refused.
 struct Stop {
     refused: RefusedAccess,
     status: StatusCode,
@@ -37,8 +37,8 @@ impl Stop {
     }
 }
 
-/// Lets through what is a browser's of ours, and says to every browser what it has to know. Requests need the
-/// [`Connection`] that [`crate::listener`] gives them.
+/// Refuses requests that do not come from a page of this site, and adds security headers to every response. Requests
+/// need the [`Connection`] that [`crate::listener`] attaches.
 pub(crate) fn protect(router: Router, access: Arc<Access>) -> Router {
     router.layer(from_fn_with_state(access, guard))
 }
@@ -60,7 +60,7 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
     response
 }
 
-/// A request that was not refused.
+/// The outcome for a request that was not refused.
 enum PassedGuard {
     On(Box<Request>),
     ToSignIn,
@@ -89,14 +89,14 @@ async fn judge(
         return Ok(instead);
     }
     parts.extensions.insert(visit);
-    // Nothing that follows has to read a body: what a form has is in its fields.
+    // Handlers do not read the body: the guard has read the fields of the form.
     Ok(PassedGuard::On(Box::new(Request::from_parts(parts, Body::empty()))))
 }
 
-/// The origin of the page that the request is for, if that is this one.
+/// The origin of the requested page, if it is one of this site's.
 fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result<String, Stop> {
     let host = only(&parts.headers, header::HOST);
-    // A request line may name a host as well; then both have to be the same.
+    // A request line may include a host; it must equal the header.
     let in_line = parts.uri.authority().map(axum::http::uri::Authority::as_str);
     let host = host.filter(|host| in_line.is_none_or(|named| named == *host));
     let origin = host.and_then(|host| access.settings.site.origin(host, connection.local));
@@ -109,7 +109,7 @@ fn own_origin(access: &Access, connection: &Connection, parts: &Parts) -> Result
     })
 }
 
-/// A browser says which page a form is of.
+/// Checks that the form was on a page of this site, according to the browser.
 fn is_from_here(headers: &HeaderMap, own: &str) -> Result<(), Stop> {
     let is_own = if headers.contains_key(header::ORIGIN) {
         only(headers, header::ORIGIN).is_some_and(|origin| origin.eq_ignore_ascii_case(own))
@@ -122,7 +122,7 @@ fn is_from_here(headers: &HeaderMap, own: &str) -> Result<(), Stop> {
         .ok_or_else(|| Stop::new(RefusedAccess::Origin, StatusCode::FORBIDDEN, words))
 }
 
-/// Forms of people who are signed in have the token of their session. Those who are not can sign in.
+/// Checks the form token: users who are signed in must send that of their session; others may only sign in.
 fn may_send(parts: &Parts, visit: &Visit, token: Option<&String>) -> Result<(), Stop> {
     let is_sign_in = parts.uri.path() == SIGN_IN;
     match &visit.person {
@@ -144,7 +144,7 @@ fn has_token(person: &Person, token: Option<&String>) -> bool {
     given.is_some() && given == secret(&person.form_token)
 }
 
-/// Where pages are for those who have signed in, others are led to where they can.
+/// Redirects users who are not signed in to the sign-in page if pages require sign-in.
 fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<PassedGuard>, Stop> {
     let path = parts.uri.path();
     let is_open = OPEN.contains(&path);
@@ -157,7 +157,7 @@ fn may_see(access: &Access, parts: &Parts, visit: &Visit) -> Result<Option<Passe
     Err(Stop::new(RefusedAccess::Permission, StatusCode::UNAUTHORIZED, "sign in first"))
 }
 
-/// The session that the request names, if it is not over and the certificate that it began with is there.
+/// The session named by the request, if it has not expired and the browser shows the certificate used to sign in.
 fn visit(access: &Arc<Access>, connection: &Connection, parts: &Parts) -> Visit {
     let is_use = parts.method == Method::POST || is_page(&parts.headers);
     let session = access.cookie().read(&parts.headers);
@@ -185,7 +185,7 @@ fn is_page(headers: &HeaderMap) -> bool {
     accepts.is_some_and(|kinds| kinds.contains("text/html"))
 }
 
-/// The value of a header that is there once.
+/// The value of a header that occurs exactly once.
 fn only(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     let mut values = headers.get_all(name).iter();
     match (values.next(), values.next()) {

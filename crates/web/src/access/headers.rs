@@ -1,13 +1,13 @@
-//! What every answer tells a browser, so that neither a foreign page nor a foreign text gets hold of it.
+//! Security headers of every response, which protect pages from other sites and from injected text.
 
 use axum::http::{HeaderMap, HeaderName, HeaderValue, header};
 
-/// Nothing from elsewhere, no script or style in the page itself, no frame around it, no form to elsewhere.
+/// Allows no content from other sites, no inline script or style, no framing, and no forms to other sites.
 const CONTENT: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
     connect-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
-/// Under `no-referrer` browsers would send `Origin: null` with forms of this very page; to other sites nothing is sent
-/// by `same-origin` either.
+/// With `no-referrer` browsers would send `Origin: null` with forms of this site; `same-origin` sends nothing to other
+/// sites either.
 const REFERRER: &str = "same-origin";
 
 const ALWAYS: [(HeaderName, &str); 6] = [
@@ -19,11 +19,11 @@ const ALWAYS: [(HeaderName, &str); 6] = [
     (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
 ];
 
-/// Thirty days of TLS only.
+/// Requires TLS for thirty days.
 const TLS_ONLY: HeaderValue = HeaderValue::from_static("max-age=2592000");
 const NOT_KEPT: HeaderValue = HeaderValue::from_static("no-store");
 
-/// Adds them. What says itself how long it may be kept, such as a style sheet, may be kept.
+/// Adds the headers. A response that sets its own caching, such as a style sheet, keeps it.
 pub(super) fn add(headers: &mut HeaderMap, is_tls: bool) {
     for (name, value) in ALWAYS {
         headers.insert(name, HeaderValue::from_static(value));

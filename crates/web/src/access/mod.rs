@@ -1,19 +1,19 @@
-//! Who has opened a page, and what he may do.
+//! Authentication and authorization of users.
 //!
 //! | file | what |
 //! |---|---|
-//! | `guard` | what every request has to pass: method, host, origin, form token |
-//! | `headers` | what every answer tells a browser |
+//! | `guard` | checks on every request: method, host, origin, form token |
+//! | `headers` | security headers of every response |
 //! | `form` | the fields of a form |
-//! | `sign_in`, `sign_out` | the pages for that |
+//! | `sign_in`, `sign_out` | pages to sign in and out |
 //! | `one_time_link`, `certificate` | the two ways to sign in |
-//! | `person_name` | what a person may be called |
-//! | `sessions`, `cookie`, `secret` | what a browser that is signed in has |
-//! | `attempts` | who failed to sign in |
-//! | `refusals` | requests that were refused, logged |
-//! | `read_only` | whether this process may order anything |
-//! | `back` | where a browser goes after a form |
-//! | `plain` | a page that needs nothing else |
+//! | `person_name` | valid names of users |
+//! | `sessions`, `cookie`, `secret` | the state of a browser that is signed in |
+//! | `attempts` | limits failed sign-ins |
+//! | `refusals` | counts and logs refused requests |
+//! | `read_only` | whether this process may send commands |
+//! | `back` | the redirect after a form |
+//! | `plain` | a page that needs only the style sheet |
 
 mod attempts;
 mod back;
@@ -59,22 +59,22 @@ pub use one_time_link::{LinkError, VALID, one_time_link};
 pub use person_name::{PersonName, PersonNameError};
 pub use secret::NoRandomness;
 
-/// What decides on permissions.
+/// Settings for access control.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct AccessSettings {
-    /// The names under which the page is reached.
+    /// The names of this site.
     pub(crate) site: Site,
-    /// Whether only those who have signed in see anything.
+    /// Whether pages require sign-in.
     pub(crate) require_sign_in: bool,
-    /// The directory of this process's state, for one-time links; without it there are none.
+    /// The state directory of this process, which stores one-time links; without it there are none.
     pub(crate) state: Option<PathBuf>,
-    /// A directory with the certificates that are revoked, such as a copy of `pki/revoked`.
+    /// A directory of revoked certificates, such as a copy of `pki/revoked`.
     pub(crate) revoked: Option<PathBuf>,
-    /// Why nobody may order anything here, if that is so: this process's certificate is that of an observer.
+    /// Why this process cannot send commands, if so: its certificate belongs to an observer.
     pub(crate) read_only: Option<String>,
 }
 
-/// Sessions, one-time links, certificates.
+/// Sessions, one-time links and certificates.
 #[derive(Debug, Default)]
 pub(crate) struct Access {
     settings: AccessSettings,
@@ -84,17 +84,17 @@ pub(crate) struct Access {
 }
 
 impl Access {
-    /// Nobody is signed in.
+    /// Starts without sessions.
     pub(crate) fn new(settings: AccessSettings) -> Self {
         Self { settings, ..Self::default() }
     }
 
-    /// Why nobody may order anything here, if that is so; a page says it where the orders would stand.
+    /// Why this process cannot send commands, if so; a page shows the reason in place of the forms.
     pub(crate) fn read_only(&self) -> Option<&str> {
         self.settings.read_only.as_deref()
     }
 
-    /// Leaves a message for the next page of whoever has sent the request.
+    /// Stores a message for the next page of this user.
     pub(crate) fn leave_message(&self, viewer: &Viewer, message: String) {
         if let Some(session) = &viewer.session {
             self.sessions.leave_message(session, message);
@@ -106,43 +106,43 @@ impl Access {
     }
 }
 
-/// The person who has opened a page.
+/// The user who requested a page.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Viewer {
-    /// None if nobody has signed in.
+    /// `None` if the user is not signed in.
     pub(crate) person: Option<Person>,
     /// The outcome of the latest order, to be shown once.
     pub(crate) message: Option<String>,
-    /// Why nobody may order anything here, if that is so.
+    /// Why this process cannot send commands, if so.
     pub(crate) read_only: Option<String>,
     session: Option<secret::Secret>,
 }
 
-/// Somebody who has signed in.
+/// A user who is signed in.
 #[derive(Debug, Clone)]
 pub(crate) struct Person {
-    /// The name that orders are given in.
+    /// The name recorded with orders.
     pub(crate) name: String,
-    /// Whether he may order anything, as far as this page is concerned.
+    /// Whether the user may send orders from this page; the diagnoser's access control applies in addition.
     pub(crate) may_order: bool,
-    /// What every form of his has in the hidden field `token`.
+    /// The value of the hidden field `token` in every form of the session.
     pub(crate) form_token: String,
 }
 
-/// Who has sent a request, as far as it says.
+/// The user of a request and the session.
 #[derive(Debug, Clone)]
 struct Visit {
     access: Arc<Access>,
     person: Option<Person>,
-    /// The session, also of a person whose certificate is not shown any more.
+    /// The session, kept even if the browser does not show the user's certificate any more.
     session: Option<secret::Secret>,
 }
 
 impl<S: Sync> FromRequestParts<S> for Viewer {
     type Rejection = Infallible;
 
-    /// What [`protect`] has found out of the request; nobody is signed in where that has not seen it. The message is
-    /// taken by pages alone, not by what they load.
+    /// The result of [`protect`]; not signed in on routes that it does not cover. Only pages take the message, not the
+    /// resources that they load.
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, Infallible> {
         let Some(Visit { access, person, session }) = parts.extensions.get().cloned() else {
             return Ok(Self::default());

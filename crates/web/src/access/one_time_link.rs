@@ -1,5 +1,5 @@
-//! One-time links: files in a directory of the web page's state, each named by the fingerprint of the secret in its
-//! link. Whoever may write there may let people in; whoever reads there learns no link.
+//! One-time links: files in the state directory of the web page, named by the fingerprint of the secret in the link.
+//! Write access to the directory is the right to admit users; read access reveals no link.
 
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -12,57 +12,58 @@ use serde::{Deserialize, Serialize};
 use super::person_name::PersonName;
 use super::secret::{NoRandomness, Secret};
 
-/// The directory of links within that of the state.
+/// Subdirectory of the state directory.
 const DIRECTORY: &str = "links";
-/// Links at a time.
+/// Most unused links.
 const MOST: usize = 100;
-/// The extension of a file that is being written, and after which time it is an abandoned one.
+/// The extension of a file being written, and the age after which such a file is abandoned.
 const BEING_WRITTEN: &str = "new";
 const WRITTEN_WITHIN: Duration = Duration::from_secs(60);
-/// Longest file that is read, in bytes.
+/// Longest file read, in bytes.
 const LONGEST_FILE: u64 = 4096;
-/// For how long a link may be good.
+/// Permitted lifetimes of a link.
 pub const VALID: std::ops::RangeInclusive<Duration> =
     Duration::from_secs(1)..=Duration::from_secs(24 * 3600);
 
-/// Whom a link lets in.
+/// The user whom a link admits.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Invitation {
     /// The person's name.
     pub(crate) person: String,
-    /// Whether that person may order anything.
+    /// Whether the user may send orders.
     pub(crate) may_order: bool,
     /// When the link expires \[s since 1970\].
     pub(crate) until_unix_s: u64,
 }
 
-/// Why no link was made.
+/// Why no link was created.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
-    /// The directory or a file in it.
+    /// The directory, or a file in it, cannot be written.
     #[error("{}: {error}; name the directory that `trusswatch web` has as --state-dir, and run this as its owner", path.display())]
     Directory {
-        /// Which.
+        /// The path.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
     /// There are too many unused links.
     #[error("{}: too many unused links ({MOST}); wait for them to expire or delete them", .0.display())]
     TooMany(PathBuf),
-    /// Too short or too long.
+    /// The lifetime is too short or too long.
     #[error("invalid lifetime {0:?} of a link: expected 1s to 24h")]
     Valid(Duration),
-    /// No secret can be made.
+    /// No secret could be generated.
     #[error(transparent)]
     Randomness(#[from] NoRandomness),
 }
 
-/// Makes a link that lets a person in once, and returns its path with query, `/sign-in?link=…`, to be put behind the
-/// page's address. `state` is the directory of the web page's state, which has to be there.
+/// Creates a link that admits a user once. Returns its path with query, `/sign-in?link=…`, to be appended to the page's
+/// address. `state` is the state directory of the web page, which must exist.
 ///
 /// # Errors
-/// The directory cannot be written, too many links are unused, or `valid` is outside [`VALID`]; no link was made.
+/// The directory cannot be written, there are too many unused links, or `valid` is outside [`VALID`]; no link was
+/// created.
 pub fn one_time_link(
     state: &Path,
     person: &PersonName,
@@ -101,7 +102,7 @@ pub(crate) fn invite(state: &Path, invitation: &Invitation, now: u64) -> Result<
     Ok(secret)
 }
 
-/// Lets in whoever has this secret, once: the file is gone for good before anybody is let in.
+/// Redeems a secret once: the link's file is durably deleted before the user is admitted.
 pub(crate) fn accept(state: &Path, secret: &Secret) -> Option<Invitation> {
     accept_at(state, secret, unix_s())
 }
@@ -111,9 +112,9 @@ fn accept_at(state: &Path, secret: &Secret, now: u64) -> Option<Invitation> {
     tidy(&directory, now);
     let file = directory.join(secret.fingerprint().as_str());
     let invitation = read(&file)?;
-    // Of several who come at the same time, one removes it.
+    // If several requests arrive at once, only the one that deletes the file succeeds.
     fs::remove_file(&file).ok()?;
-    // After a power cut it is not there again.
+    // Sync the directory, so that the file does not reappear after a power failure.
     File::open(&directory).and_then(|directory| directory.sync_all()).ok()?;
     invitation.is_good(now).then_some(invitation)
 }
@@ -124,7 +125,7 @@ impl Invitation {
     }
 }
 
-/// Removes what is over and what is no link. One that cannot be removed is not good either.
+/// Deletes expired links and invalid files. One that cannot be deleted is not accepted either.
 fn tidy(directory: &Path, now: u64) {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     for file in entries.map(|entry| entry.path()) {
@@ -147,7 +148,7 @@ fn read(file: &Path) -> Option<Invitation> {
     serde_json::from_str(&text).ok()
 }
 
-/// In one piece: who reads the directory meanwhile finds the whole file or none.
+/// Writes the file atomically: a concurrent reader finds the complete file or none.
 fn write(file: &Path, invitation: &Invitation, owner: &fs::Metadata) -> io::Result<()> {
     let beside = file.with_extension(BEING_WRITTEN);
     let mut written = OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside)?;
@@ -163,7 +164,7 @@ fn write(file: &Path, invitation: &Invitation, owner: &fs::Metadata) -> io::Resu
     done
 }
 
-/// Made by root, it becomes the web page's.
+/// Gives a file created by root to the owner of the directory, the web page's user.
 fn give(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
     let made = fs::metadata(path)?;
     if made.uid() == owner.uid() {

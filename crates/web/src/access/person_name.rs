@@ -1,4 +1,4 @@
-//! The name of a person who signs in; the journal of a module has it with every order.
+//! The name of a user who signs in; modules record it in their journal with every order.
 
 use vocabulary::{is_printable, quotation};
 
@@ -9,7 +9,7 @@ const LONGEST: usize = 100;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PersonName(String);
 
-/// A text that is not used as a name.
+/// An invalid name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{0}` is not usable as a person's name: use 1 to {LONGEST} bytes of printable text without spaces at its ends"
@@ -17,7 +17,7 @@ pub struct PersonName(String);
 pub struct PersonNameError(String);
 
 impl PersonName {
-    /// The bare text.
+    /// The name as text.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0

@@ -1,10 +1,10 @@
-//! A page that needs nothing but the style sheet: to sign in, to say why a request was refused.
+//! A page that needs only the style sheet: for sign-in and refused requests.
 
 use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
 
-/// Where the style sheet of every page is.
+/// Path of the style sheet.
 const STYLE: &str = "/page.css";
 
 /// A page with a heading.

@@ -1,9 +1,9 @@
-//! Whether this process may order anything at all.
+//! Whether this process may send commands.
 
 use session::Network;
 
-/// Why it may not, if it may not: on a network with access control only operators order, and it shows no operator's
-/// certificate.
+/// Why it may not, if so: on a network with access control only operators may send commands, and the process has no
+/// operator's certificate.
 pub(crate) fn read_only(network: &Network) -> Option<String> {
     let directory = network.tls.as_ref().filter(|_| network.operator().is_none())?;
     Some(format!(

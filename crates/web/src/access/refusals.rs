@@ -1,4 +1,4 @@
-//! Requests that were refused, logged: each kind at once, and from then on once a minute.
+//! Logs refused requests: each kind at once, then at most once a minute.
 
 use std::net::IpAddr;
 use std::time::Instant;
@@ -8,11 +8,11 @@ use shell::occurrences::Occurrences;
 /// Why a request is refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum RefusedAccess {
-    /// A method that no page has.
+    /// A method that no page supports.
     Method,
-    /// Reached under a foreign name.
+    /// A request under a name that is not this site's.
     Host,
-    /// A form of a foreign page.
+    /// A form from another site.
     Origin,
     /// An unknown or malformed form, or one that is too long.
     Form,
@@ -24,12 +24,12 @@ pub(crate) enum RefusedAccess {
     SignIn,
 }
 
-/// How often each happened.
+/// Counts refusals by reason.
 #[derive(Debug, Default)]
 pub(crate) struct AccessRefusals([Occurrences; 7]);
 
 impl AccessRefusals {
-    /// Notes one, from this address.
+    /// Records a refusal of a request from this address.
     pub(crate) fn note(&self, refused: RefusedAccess, from: IpAddr, words: &str) {
         let occurrences = self.0.get(refused as usize);
         if let Some(times) = occurrences.and_then(|occurrences| occurrences.note(Instant::now())) {

@@ -1,23 +1,23 @@
-//! Random texts that nobody guesses: of sessions, forms, one-time links.
+//! Unguessable random texts for sessions, forms and one-time links.
 
 use std::fmt;
 
 use ring::digest::{SHA256, digest};
 use ring::rand::{SecureRandom, SystemRandom};
 
-/// 256 bits.
+/// Length in bytes: 256 bits.
 const BYTES: usize = 32;
 
-/// A random text of 64 hexadecimal digits. No log shows it.
+/// A random text of 64 hexadecimal digits. Its `Debug` output hides it, so it does not reach logs.
 #[derive(Clone)]
 pub(crate) struct Secret(String);
 
-/// What is kept of a secret: its SHA-256, from which nobody gets it back. Fingerprints are compared in place of
-/// secrets, so how long a comparison takes says nothing of the secret.
+/// The SHA-256 digest of a secret, stored in its place because it cannot be inverted. Comparing digests rather than
+/// secrets also makes the duration of a comparison reveal nothing about the secret.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Fingerprint(String);
 
-/// The system has no random numbers.
+/// The system's random number generator failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("system random number generator failed")]
 pub struct NoRandomness;
@@ -29,7 +29,7 @@ impl Secret {
         Ok(Self(hexadecimal(&bytes)))
     }
 
-    /// A text that has the form of a secret.
+    /// Parses a text in the form of a secret.
     pub(crate) fn from_text(text: &str) -> Option<Self> {
         let is_digit = |byte: u8| matches!(byte, b'0'..=b'9' | b'a'..=b'f');
         let has_form = text.len() == 2 * BYTES && text.bytes().all(is_digit);
@@ -52,7 +52,7 @@ impl fmt::Debug for Secret {
 }
 
 impl Fingerprint {
-    /// As a name of a file.
+    /// The digest as a file name.
     pub(crate) fn as_str(&self) -> &str {
         &self.0
     }

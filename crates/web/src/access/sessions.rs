@@ -1,4 +1,4 @@
-//! Who is signed in. Sessions are in memory: they end with the process.
+//! Sessions of users who are signed in, kept in memory: they end with the process.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -8,33 +8,33 @@ use pki::Issued;
 
 use super::secret::{Fingerprint, NoRandomness, Secret};
 
-/// A session ends after this, whatever happens in it.
+/// Maximum duration of a session.
 const LONGEST: Duration = Duration::from_secs(12 * 3600);
-/// An idle session ends after this time.
+/// Duration after which an idle session ends.
 const IDLE: Duration = Duration::from_secs(2 * 3600);
-/// Sessions at a time; a further one ends the one that has been idle for longest.
+/// Most sessions; a further one ends the one idle for longest.
 const MOST: usize = 1000;
 
-/// Somebody who has signed in, and how.
+/// A user, and how the user signed in.
 #[derive(Debug, Clone)]
 pub(crate) struct SignedIn {
-    /// His name.
+    /// The user's name.
     pub(crate) name: String,
-    /// Whether he may order anything.
+    /// Whether the user may send orders.
     pub(crate) may_order: bool,
-    /// The certificate that he showed; the session is of no use without it.
+    /// The certificate used to sign in; the session is valid only with it.
     pub(crate) certificate: Option<Issued>,
 }
 
-/// A session as a request finds it.
+/// A valid session, as used by a request.
 #[derive(Debug, Clone)]
 pub(crate) struct ActiveSession {
     pub(crate) signed_in: SignedIn,
-    /// What every form of the session has.
+    /// The token in every form of the session.
     pub(crate) form_token: Secret,
 }
 
-/// Everybody who is signed in.
+/// All sessions.
 #[derive(Debug, Default)]
 pub(crate) struct Sessions(Mutex<BTreeMap<Fingerprint, Session>>);
 
@@ -47,7 +47,7 @@ struct Session {
 }
 
 impl Sessions {
-    /// Begins a session, under a secret that was never used before.
+    /// Starts a session under a fresh secret.
     pub(crate) fn begin(&self, signed_in: SignedIn, now: Instant) -> Result<Secret, NoRandomness> {
         let (secret, form_token) = (Secret::new()?, Secret::new()?);
         let found = ActiveSession { signed_in, form_token };
@@ -63,7 +63,8 @@ impl Sessions {
         Ok(secret)
     }
 
-    /// The session of this secret, unless it is over. `is_use`: a person does something, not a page by itself.
+    /// The session with this secret, unless expired. `is_use`: the request is an action of the user, not an automatic
+    /// refresh.
     pub(crate) fn find(
         &self,
         secret: &Secret,
@@ -86,14 +87,14 @@ impl Sessions {
         self.0.lock().remove(&secret.fingerprint());
     }
 
-    /// Leaves a message for the next page.
+    /// Stores a message for the next page.
     pub(crate) fn leave_message(&self, secret: &Secret, message: String) {
         if let Some(session) = self.0.lock().get_mut(&secret.fingerprint()) {
             session.message = Some(message);
         }
     }
 
-    /// The message, which is shown once.
+    /// Takes the message, so that it is shown once.
     pub(crate) fn take_message(&self, secret: &Secret) -> Option<String> {
         self.0.lock().get_mut(&secret.fingerprint())?.message.take()
     }

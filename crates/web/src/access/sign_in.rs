@@ -1,5 +1,5 @@
-//! The page to sign in on. A link alone lets nobody in, so that programs that look at links in messages do not use it
-//! up: a person presses the button.
+//! The sign-in page. Opening a link is not enough, so that programs that preview links in messages do not consume it:
+//! the user has to press the button.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -20,10 +20,10 @@ use super::sessions::SignedIn;
 use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
 use crate::listener::Connection;
 
-/// What a person without a link reads.
+/// Instructions for a user without a link.
 const HOW: &str = "Ask the administrator of this page for a one-time link (`trusswatch web link`).";
 
-/// The pages to sign in and out on.
+/// Routes of the pages to sign in and out.
 pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
     Router::new()
         .route(SIGN_IN, get(page).post(enter))
@@ -31,7 +31,7 @@ pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
         .with_state(access)
 }
 
-/// Offers the ways that this browser has.
+/// Offers the ways to sign in that are open to this browser.
 async fn page(
     State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
@@ -72,7 +72,7 @@ fn button(words: &str, link: Option<&Secret>) -> Markup {
     }
 }
 
-/// Lets a person in, in a session of its own: that of a browser that was signed in before ends.
+/// Signs a user in under a new session; the browser's former session ends.
 async fn enter(
     State(access): State<Arc<Access>>,
     Extension(connection): Extension<Connection>,
@@ -119,7 +119,7 @@ async fn by_link(access: &Access, link: &str) -> Result<SignedIn, String> {
     let refused = || format!("the link was used, has expired, or is invalid. {HOW}");
     let state = access.settings.state.clone().ok_or_else(refused)?;
     let secret = Secret::from_text(link).ok_or_else(refused)?;
-    // Its file is removed for good, which takes the disk a moment.
+    // Deleting the file durably blocks on the disk.
     let invitation = tokio::task::spawn_blocking(move || one_time_link::accept(&state, &secret));
     let invitation = invitation.await.ok().flatten().ok_or_else(refused)?;
     let (name, may_order) = (invitation.person, invitation.may_order);

@@ -1,4 +1,4 @@
-//! The page to sign out on.
+//! The sign-out page.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use maud::html;
 
 use super::{Access, Viewer, plain};
 
-/// Asks, for a page that was only loaded changes nothing.
+/// Asks for confirmation, because loading a page must not change anything.
 pub(super) async fn page(viewer: Viewer) -> Response {
     let content = html! {
         @match &viewer.person {

@@ -1,4 +1,4 @@
-//! Journals and the freeze frame of a component, as the modules answer.
+//! Journals and the freeze frame of a component, fetched from the modules.
 
 use std::sync::Arc;
 
@@ -8,17 +8,17 @@ use vocabulary::{FaultTransition, ModuleName};
 
 use crate::observed::{Frame, Observed};
 
-/// What was had of the modules.
+/// The answers of the modules.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ModuleAnswers {
-    /// The journals of its structure's modules, as far as they were asked: a change may explain one of another module.
+    /// Journals of the structure's modules that were asked: a change may explain one in another module.
     pub(super) journals: Vec<Arc<ModuleHistory>>,
-    /// The freeze frame of its fault, or why there is none; nothing if it has no fault.
+    /// The freeze frame of the present fault, or the reason why it is missing; `None` without a fault.
     pub(super) frame: Option<Frame>,
 }
 
 impl ModuleAnswers {
-    /// Asks for it. A module that is not heard is not asked.
+    /// Fetches the answers. Modules that are not heard are not asked.
     pub(super) async fn fetch(
         observed: &Observed,
         scene: &Scene,
@@ -36,12 +36,12 @@ impl ModuleAnswers {
         self.journals.iter().find(|journal| journal.module == *module).map(Arc::as_ref)
     }
 
-    /// The transitions that the journals hold, those of a module in their order.
+    /// All transitions in the journals, those of each module in order.
     pub(super) fn transitions(&self) -> impl Iterator<Item = &FaultTransition> {
         self.journals.iter().flat_map(|history| &history.transitions)
     }
 
-    /// Whether it may be had in full after a while.
+    /// Whether asking again later may yield more.
     pub(super) fn lacks(&self) -> bool {
         matches!(self.frame, Some(Err(_)))
             || self.journals.iter().any(|journal| !journal.answered())

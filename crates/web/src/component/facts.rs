@@ -1,4 +1,4 @@
-//! A component's state with reasons, and what kind of fault it is.
+//! A component's state with reasons, and the kind of its fault.
 
 use maud::{Markup, html};
 use observer::{StateRow, explained_by, known_identification};
@@ -8,7 +8,7 @@ use vocabulary::{FaultTransition, Identification};
 use crate::look;
 use crate::view::LinkedScene;
 
-/// What is known of its present state.
+/// The details of its present state.
 pub(super) fn facts(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
     let row = StateRow::of_component(state);
     html! {

@@ -1,13 +1,13 @@
-//! The page of a component: its state and why, the evidence, its history.
+//! The page of a component: state with reasons, evidence, history.
 //!
 //! | file | what |
 //! |---|---|
-//! | `shown` | all of it that changes |
-//! | `facts` | its state with reasons, what kind of fault it is |
+//! | `shown` | the parts of the page that change |
+//! | `facts` | the state with reasons, the kind of fault |
 //! | `trail` | which change explains which, drawn |
 //! | `plot` | residual and divergence of the last minute |
-//! | `evidence` | journal and freeze frame, as its module answers |
-//! | `watch` | what of the page changes while somebody looks at it |
+//! | `evidence` | journal and freeze frame, fetched from the module |
+//! | `watch` | keeps the page up to date while it is viewed |
 
 mod evidence;
 mod facts;

@@ -1,4 +1,4 @@
-//! Residual and divergence of the last minute, as they are published.
+//! Plots of residual and divergence over the last minute, as published.
 
 use figure::plot::{
     Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
@@ -10,13 +10,13 @@ use crate::observed::Traces;
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 120.0;
-/// The divergence is drawn from here on, in thresholds.
+/// Lower end of the divergence axis, in thresholds.
 const LOWEST: f64 = 1e-6;
 
-/// A point in time \[s, 0 is the latest\], and the channel then.
+/// A time \[s, 0 is the latest\], and the channel at that time.
 type Point<'a> = (f64, &'a Channel);
 
-/// The plots, or that there is nothing to plot.
+/// The plots, or a note that data are missing.
 pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
     let points = points(transition, traces);
     if points.len() < 2 {

@@ -1,4 +1,4 @@
-//! What is shown of a component.
+//! The parts of a component's page that change.
 
 use maud::{Markup, PreEscaped, html};
 use vocabulary::FaultTransition;
@@ -10,7 +10,7 @@ use crate::observed::Traces;
 use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
 
-/// What is shown of a component.
+/// The parts of a component's page that change.
 pub(super) struct Shown<'a> {
     pub(super) view: &'a LinkedScene<'a>,
     pub(super) transition: &'a FaultTransition,

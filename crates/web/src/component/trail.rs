@@ -1,4 +1,4 @@
-//! Which change explains which, from the root to its effects, drawn.
+//! Draws which change explains which, from the root cause to its effects.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,24 +10,24 @@ use super::evidence::ModuleAnswers;
 use crate::look;
 use crate::view::LinkedScene;
 
-/// Size of a box and the room between boxes \[px\].
+/// Size of a box, and the space between boxes \[px\].
 const BOX: [usize; 2] = [190, 44];
 const GAP: [usize; 2] = [70, 14];
-/// Components that are drawn at most.
+/// Most components drawn.
 const MOST: usize = 24;
 
-/// That one change explains another.
+/// An edge: one change explains another.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Edge {
     root: ComponentPath,
-    /// Whether it does so at present; otherwise it did, by the journal.
+    /// Whether it does so at present; otherwise according to the journal.
     present: bool,
 }
 
-/// By effect.
+/// Edges by effect.
 type Edges = BTreeMap<ComponentPath, Edge>;
 
-/// The picture, or that there is nothing to be drawn.
+/// The drawing, or a note that there is nothing to draw.
 pub(super) fn trail(
     view: &LinkedScene<'_>,
     transition: &FaultTransition,
@@ -87,7 +87,7 @@ fn standing<'a>(
     edges
 }
 
-/// Everything that is connected with a component.
+/// All components connected with this one.
 fn connected(edges: &Edges, component: &ComponentPath) -> BTreeSet<ComponentPath> {
     let mut found = BTreeSet::from([component.clone()]);
     let mut grown = true;
@@ -104,7 +104,7 @@ fn connected(edges: &Edges, component: &ComponentPath) -> BTreeSet<ComponentPath
     found
 }
 
-/// Column and row of each: its column is how many changes lie between it and the root.
+/// Column and row of each component: the column is the number of steps to the root cause.
 fn laid_out(edges: &Edges, shown: &BTreeSet<ComponentPath>) -> BTreeMap<ComponentPath, [usize; 2]> {
     let mut rows: BTreeMap<usize, usize> = BTreeMap::new();
     let mut places = BTreeMap::new();
@@ -117,7 +117,7 @@ fn laid_out(edges: &Edges, shown: &BTreeSet<ComponentPath>) -> BTreeMap<Componen
     places
 }
 
-/// Bounded, should changes be said to explain each other in a circle.
+/// Number of steps to the root cause; bounded in case changes explain each other in a circle.
 fn depth(edges: &Edges, component: &ComponentPath) -> usize {
     let mut at = component;
     let mut depth = 0;

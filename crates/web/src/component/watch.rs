@@ -1,4 +1,4 @@
-//! What of a component's page changes while somebody looks at it.
+//! Keeps the changing parts of a component's page up to date while it is viewed.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,27 +15,27 @@ use crate::observed::{Observed, Traces};
 use crate::part::PagePart;
 use crate::view::LinkedScene;
 
-/// What was lacking is asked for again after this time.
+/// Interval for asking again for what was missing.
 const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
-/// And everything after this: another component may have come to be explained by this one.
+/// Interval for asking again for everything: this component may by then explain changes of others.
 const ASK_ANEW_AFTER: Duration = Duration::from_secs(20);
 
-/// Parts that show what the modules answered.
+/// Parts that show answers of the modules.
 const OF_EVIDENCE: [&str; 3] = ["trail", "frame", "journal"];
 
-/// A component that somebody looks at.
+/// A component whose page is viewed.
 pub(crate) struct ComponentWatch {
     observed: Arc<Observed>,
     id: ComponentId,
     traces: Option<Receiver<Arc<Traces>>>,
-    /// None until it has been had: the page has its own meanwhile, which is not replaced by nothing.
+    /// `None` until the first answers: the browser keeps the parts that came with the page meanwhile.
     evidence: Option<ModuleAnswers>,
     fetching: JoinSet<ModuleAnswers>,
-    /// What the evidence was asked for, and when.
+    /// The state for which the evidence was requested, and the time of the request.
     asked: Option<(Version, Instant)>,
 }
 
-/// Another one has another history.
+/// A different version has a different history.
 type Version = ((u64, u64), FaultState);
 
 impl ComponentWatch {
@@ -50,11 +50,11 @@ impl ComponentWatch {
         }
     }
 
-    /// Waits for something that is not in the scene.
+    /// Waits for a change that is not part of the scene.
     pub(crate) async fn news(&mut self) {
         let traces = async {
             match &mut self.traces {
-                // Without a sender it is begun once more with the next rendering.
+                // Without a sender, the next rendering subscribes again.
                 Some(traces) => traces.changed().await.is_ok(),
                 None => std::future::pending().await,
             }
@@ -65,7 +65,7 @@ impl ComponentWatch {
         }
     }
 
-    /// What the page shows of it now; nothing if it is no longer in the scene.
+    /// The present parts of the page; empty if the component is not in the scene any more.
     pub(crate) fn parts(&mut self, view: &LinkedScene<'_>) -> Vec<PagePart> {
         let known = view.scene.state_of(&self.id);
         let Some(transition) = known else { return Vec::new() };
@@ -98,7 +98,7 @@ impl ComponentWatch {
             return;
         }
         self.asked = Some((version, Instant::now()));
-        // The scene of the moment: it is had when the question is put.
+        // The scene is read when the request is sent.
         let (observed, transition) = (Arc::clone(&self.observed), transition.clone());
         self.fetching.spawn(async move {
             let scene = observed.scene();

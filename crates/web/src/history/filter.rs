@@ -1,4 +1,4 @@
-//! What is wanted of the journals, as the address says.
+//! Filters for the history page, taken from the URL.
 
 use std::time::UNIX_EPOCH;
 
@@ -18,7 +18,7 @@ const STATES: [FaultState; 6] = [
     FaultState::Acknowledged,
 ];
 
-/// The parameters of the address. Empty ones count as absent: a form sends them.
+/// Query parameters. Empty ones count as absent, because a form sends them.
 #[derive(Debug, Clone, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct HistoryParameters {
@@ -29,7 +29,7 @@ pub(crate) struct HistoryParameters {
     state: String,
 }
 
-/// The same, understood.
+/// The parsed parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct HistoryFilter {
     from_unix_ns: Option<u64>,
@@ -40,7 +40,7 @@ pub(super) struct HistoryFilter {
 }
 
 impl HistoryParameters {
-    /// What is wanted, or which parameter is wrong and what would be right.
+    /// Parses the parameters, or reports which one is invalid and what is expected.
     pub(super) fn filter(&self) -> Result<HistoryFilter, String> {
         let state = |text: &str| {
             let known = STATES.into_iter().find(|state| state.as_str() == text);
@@ -61,7 +61,7 @@ impl HistoryParameters {
         })
     }
 
-    /// The form that asks for it.
+    /// The form with the filters.
     pub(super) fn form(&self, view: &LinkedScene<'_>) -> Markup {
         let modules = view.scene.modules.iter().map(|module| module.module.as_str());
         html! {
@@ -111,7 +111,7 @@ fn given<T>(
     read(text).map(Some).map_err(|problem| format!("{name}: {problem}"))
 }
 
-/// A time in UTC, with or without seconds, fractions of them and `Z`.
+/// Parses a time in UTC, with or without seconds, fractions of a second and `Z`.
 fn time(text: &str) -> Result<u64, String> {
     let whole =
         if text.len() == "2026-11-21T10:00".len() { format!("{text}:00") } else { text.to_owned() };
@@ -121,7 +121,7 @@ fn time(text: &str) -> Result<u64, String> {
     u64::try_from(since.as_nanos()).map_err(|_| wrong())
 }
 
-/// The same as the field for a time has it.
+/// The time in the format of an HTML time field.
 fn local(text: &str) -> &str {
     text.trim_end_matches('Z')
 }

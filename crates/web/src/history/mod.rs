@@ -1,9 +1,9 @@
-//! What the journals of the modules hold, as one, with filters that can be linked to.
+//! The merged journals of the modules, with filters in the URL so that a selection can be linked.
 //!
 //! | file | what |
 //! |---|---|
-//! | `filter` | what is wanted, as the address says |
-//! | `table` | transitions and kinds of faults, the latest first |
+//! | `filter` | parses the filters |
+//! | `table` | transitions and identifications, latest first |
 
 mod filter;
 mod table;
@@ -25,9 +25,9 @@ use crate::layout::Page;
 use crate::view::LinkedScene;
 use filter::{HistoryFilter, HistoryParameters};
 
-/// Entries on a page.
+/// Most entries on a page.
 const MOST: usize = 500;
-/// Entries of a component on its own page.
+/// Most entries on a component's page.
 const MOST_OF_COMPONENT: usize = 60;
 
 /// `/history`
@@ -80,7 +80,7 @@ fn main(
     }
 }
 
-/// What the journal of its module holds of a component.
+/// The entries of a component in its module's journal.
 pub(crate) fn of_component(
     view: &LinkedScene<'_>,
     journal: &ModuleHistory,
@@ -93,7 +93,7 @@ pub(crate) fn of_component(
     }
 }
 
-/// What is missing from the journals.
+/// Gaps in the journals.
 fn remarks<'a>(journals: impl IntoIterator<Item = &'a ModuleHistory>) -> Markup {
     let mut notes = Vec::new();
     for journal in journals {

@@ -1,4 +1,4 @@
-//! Transitions and kinds of faults, the latest first.
+//! Transitions and identifications, latest first.
 
 use maud::{Markup, html};
 use observer::{JournalEntry, Journals, ModuleHistory};
@@ -7,7 +7,7 @@ use vocabulary::words::or_nothing;
 use crate::look;
 use crate::view::LinkedScene;
 
-/// The columns, and whether numbers stand in them.
+/// The columns, and whether they are numeric.
 const COLUMNS: [(&str, bool); 6] = [
     ("time", false),
     ("number", true),
@@ -17,7 +17,7 @@ const COLUMNS: [(&str, bool); 6] = [
     ("why", false),
 ];
 
-/// The wanted entries of these journals, no more than `most`.
+/// The selected entries of these journals, at most `most`.
 pub(super) fn table<'a>(
     view: &LinkedScene<'_>,
     journals: impl IntoIterator<Item = &'a ModuleHistory>,

@@ -23,32 +23,32 @@ use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 
-/// A head of a request, or the beginning of TLS, that has not come by then ends the connection.
+/// Timeout for the TLS handshake and for the head of a request.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
-/// Longest head of a request.
+/// Longest head of a request, in bytes.
 const LONGEST_HEAD: usize = 16 * 1024;
-/// A browser that reads nothing for so long is gone or stalled; its connection is closed.
+/// A connection is closed if the browser acknowledges no data for this long.
 const TAKES_WITHIN_MS: u32 = 30_000;
-/// What is not done by then, once the end is asked for, is broken off.
+/// Time to finish responses during shutdown; then connections are dropped.
 const END_WITHIN: Duration = Duration::from_secs(2);
 
-/// What a request has come over.
+/// The connection of a request.
 #[derive(Debug, Clone)]
 pub(crate) struct Connection {
-    /// The address here.
+    /// The local address.
     pub(crate) local: SocketAddr,
-    /// The browser's or the proxy's.
+    /// The address of the browser or the proxy.
     pub(crate) peer: SocketAddr,
-    /// Whose certificate was shown, if one was: TLS has verified it.
+    /// The client certificate, if one was shown and verified by TLS.
     pub(crate) shown: Option<Issued>,
 }
 
-/// What all connections have in common.
+/// State shared by all connections.
 pub(super) struct Shared {
     pub(super) router: Router,
     pub(super) tls: Option<TlsAcceptor>,
     pub(super) places: Arc<Semaphore>,
-    /// Connections that did not become any.
+    /// Connections that failed before they were established.
     pub(super) failed: Occurrences,
 }
 
@@ -59,7 +59,7 @@ pub(super) async fn attend(
     shared: &Shared,
     mut shutdown: Shutdown,
 ) {
-    // Without these it is only slower to be rid of a stalled browser, and to answer.
+    // Optional: without these, stalled browsers are detected later and responses are slower.
     let _ = setsockopt(&stream, TcpUserTimeout, &TAKES_WITHIN_MS);
     let _ = stream.set_nodelay(true);
     let Ok(local) = stream.local_addr() else { return };
@@ -95,7 +95,7 @@ async fn handshake(
     }
 }
 
-/// Of several certificates the first is the holder's.
+/// The first certificate of the chain is the holder's.
 fn shown(stream: &TlsStream<TcpStream>) -> Option<Issued> {
     let certificate = stream.get_ref().1.peer_certificates()?.first()?;
     let name: CommonName = Certificate::common_name_in(certificate)?.parse().ok()?;
@@ -127,7 +127,7 @@ async fn serve(
         Some(ended) => ended,
         None => {
             served.as_mut().graceful_shutdown();
-            // Given up by dropping it.
+            // Dropping the future closes the connection.
             timeout(END_WITHIN, served).await.unwrap_or(Ok(()))
         }
     };

@@ -1,11 +1,11 @@
-//! Where browsers connect: addresses, TLS, limits.
+//! Accepts connections of browsers: addresses, TLS, limits.
 //!
 //! | file | what |
 //! |---|---|
-//! | `settings` | where, and over what; what must not be |
-//! | `tls` | the certificate that is shown, and those that are asked for |
-//! | `site` | the names under which the page is reached |
-//! | `connection` | one connection from beginning to end |
+//! | `settings` | addresses and protocol; rejects unsafe combinations |
+//! | `tls` | the server certificate, and client certificates |
+//! | `site` | the names of this site |
+//! | `connection` | one connection from start to end |
 
 mod connection;
 mod settings;
@@ -31,20 +31,20 @@ pub use settings::{ListenError, ListenerSettings, TlsFiles};
 pub(crate) use site::Site;
 pub use site::{Origin, OriginError};
 
-/// Connections at a time; further ones wait.
+/// Most connections at a time; further ones wait.
 const CONNECTIONS: usize = 1024;
 
-/// Addresses that are taken, before anything is served on them.
+/// The bound addresses, before anything is served on them.
 pub(crate) struct Listener {
     sockets: Vec<TcpListener>,
     tls: Option<TlsAcceptor>,
 }
 
 impl Listener {
-    /// Takes the addresses.
+    /// Binds the addresses.
     ///
     /// # Errors
-    /// Settings that are not safe, files that cannot be used, an address that cannot be had; nothing is listened on then.
+    /// Unsafe settings, unusable files, or an address that cannot be bound; then no address is listened on.
     pub(crate) async fn bind(settings: &ListenerSettings) -> Result<Self, ListenError> {
         settings.check()?;
         let tls = settings.tls.as_ref().map(tls::acceptor).transpose()?;
@@ -57,17 +57,17 @@ impl Listener {
         Ok(Self { sockets, tls })
     }
 
-    /// Where it listens; the port that was chosen, if any could be.
+    /// The addresses, with the actual port if the system chose it.
     pub(crate) fn addresses(&self) -> Vec<SocketAddr> {
         self.sockets.iter().filter_map(|socket| socket.local_addr().ok()).collect()
     }
 
-    /// The scheme of its addresses.
+    /// The URL scheme of the addresses.
     pub(crate) fn scheme(&self) -> &'static str {
         if self.tls.is_some() { "https" } else { "http" }
     }
 
-    /// Serves until the end is asked for, and then for no longer than answers that were begun need, 2 s at most.
+    /// Serves until shutdown, then waits at most 2 s for responses in progress.
     pub(crate) async fn serve(self, router: Router, mut shutdown: Shutdown) {
         let mut accepting = JoinSet::new();
         let shared = Arc::new(Shared {
@@ -82,7 +82,7 @@ impl Listener {
         }
         shutdown.requested().await;
         accepting.shutdown().await;
-        // Every connection ends by itself within its time.
+        // Every connection ends on its own within its time limit.
         let _ = connections.acquire_many(CONNECTIONS as u32).await;
     }
 }
@@ -100,7 +100,7 @@ async fn accept(socket: TcpListener, shared: Arc<Shared>, shutdown: Shutdown) {
             }
             Err(error) => {
                 tracing::debug!("a connection failed: {error}");
-                // Without descriptors the next one would fail at once, too.
+                // Out of file descriptors, the next attempt would fail immediately, too.
                 tokio::time::sleep(std::time::Duration::from_millis(50)).await;
             }
         }

@@ -1,4 +1,4 @@
-//! Where the page is served, and over what.
+//! Addresses and protocol of the web page.
 
 use std::io;
 use std::net::SocketAddr;
@@ -6,56 +6,56 @@ use std::path::PathBuf;
 
 use super::site::{Origin, Site};
 
-/// Where the page is served.
+/// Addresses and protocol of the web page.
 #[derive(Debug, Clone)]
 pub struct ListenerSettings {
-    /// The addresses that are listened on.
+    /// The addresses to listen on.
     pub listen: Vec<SocketAddr>,
-    /// The files for TLS; without them it is plain HTTP.
+    /// The files for TLS; plain HTTP without them.
     pub tls: Option<TlsFiles>,
-    /// The proxy that browsers see in its place, which does TLS.
+    /// The origin of a reverse proxy that terminates TLS.
     pub behind_proxy: Option<Origin>,
-    /// Further names under which browsers reach it: NAME, or NAME:PORT if that is another port.
+    /// Additional names of the site: NAME, or NAME:PORT for another port.
     pub names: Vec<String>,
 }
 
-/// What TLS needs, in PEM form.
+/// Files for TLS, in PEM format.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TlsFiles {
-    /// The certificate that browsers are shown.
+    /// The server certificate.
     pub certificate: PathBuf,
-    /// Its key.
+    /// Its private key.
     pub key: PathBuf,
-    /// The authority whose certificates people may sign in with; without it browsers are asked for none.
+    /// The authority whose certificates users may sign in with; without it the server requests no client certificate.
     pub authority: Option<PathBuf>,
 }
 
-/// Why nothing is served.
+/// Why the page cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// There would be no page.
+    /// The list of addresses is empty.
     #[error("no address to listen on; 127.0.0.1:8480 is one")]
     Nowhere,
-    /// Everybody could read along and take over sessions.
+    /// Plain HTTP on the network would let anyone read pages and take over sessions.
     #[error(
         "{0} can be reached from other computers, over plain HTTP; give a certificate and its key, or listen on \
          127.0.0.1 behind a proxy that does TLS, or name that proxy's address, https://NAME"
     )]
     Plain(SocketAddr),
-    /// TLS within TLS.
+    /// Both the proxy and this process would do TLS.
     #[error("a proxy does TLS, and so does this; use one of them")]
     Both,
-    /// In use, or not here.
+    /// The address is in use or does not belong to this machine.
     #[error(
         "the page cannot be served on {address}: {error}; free the port or choose another address"
     )]
     Address {
         /// The address.
         address: SocketAddr,
-        /// Why.
+        /// The cause.
         error: io::Error,
     },
-    /// A file for TLS.
+    /// A file for TLS is not usable.
     #[error("{}: {wrong}", file.display())]
     File {
         /// The file.
@@ -66,10 +66,10 @@ pub enum ListenError {
 }
 
 impl ListenerSettings {
-    /// What is not safe, or makes no sense.
+    /// Rejects unsafe or contradictory settings.
     ///
     /// # Errors
-    /// Names what is wrong and what would be right.
+    /// Names the problem and the remedy.
     pub fn check(&self) -> Result<(), ListenError> {
         if self.listen.is_empty() {
             return Err(ListenError::Nowhere);
@@ -87,14 +87,14 @@ impl ListenerSettings {
         }
     }
 
-    /// The names under which the page is reached, those in its certificate among them.
+    /// The names of this site, including those in its certificate.
     pub(crate) fn site(&self) -> Site {
         let certificate = self.tls.as_ref().map(|files| pki::Certificate::read(&files.certificate));
         let certified = certificate.and_then(Result::ok).map(|read| read.addresses);
         let certified = certified.unwrap_or_default();
         let certified = certified.iter().filter_map(|address| match address {
             pki::Address::Name(name) => Some(name.clone()),
-            // A connection has its address itself.
+            // Requests to an IP address are checked against the address of the connection.
             pki::Address::Ip(_) => None,
         });
         let given = self.names.iter().map(|name| name.to_ascii_lowercase());

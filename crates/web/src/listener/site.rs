@@ -1,20 +1,20 @@
-//! Under which names this page is reached. A browser that was led here under another name, by a foreign site whose name
-//! was made to lead here, is refused (DNS rebinding), and so is a form of a foreign site.
+//! The names of this site. Requests under other names are refused, because another site could have its name resolve to
+//! this address (DNS rebinding); so are forms of other sites.
 
 use std::net::{IpAddr, SocketAddr};
 
-/// The names of this page.
+/// The names of this site.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Site {
-    /// Whether connections are over TLS.
+    /// Whether this process serves TLS.
     pub(crate) is_tls: bool,
-    /// The proxy that browsers see in its place.
+    /// The origin of the reverse proxy.
     pub(crate) proxy: Option<Origin>,
-    /// Further names, in lower case: NAME with the port that is listened on, or NAME:PORT.
+    /// Additional names in lower case: NAME with the listening port, or NAME:PORT.
     pub(crate) names: Vec<String>,
 }
 
-/// What browsers call the origin of a page: scheme, name and port.
+/// The origin of a page as browsers define it: scheme, name and port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Origin {
     scheme: &'static str,
@@ -41,7 +41,7 @@ impl std::str::FromStr for Origin {
             "http" if is_this_machine(name) => "http",
             _ => return Err(wrong()),
         };
-        // Browsers leave out the usual port.
+        // Browsers omit the default port.
         let is_usual = port == Some(usual_port(scheme == "https"));
         let authority = if is_usual { name } else { authority };
         Ok(Self { scheme, authority: authority.to_owned() })
@@ -55,12 +55,12 @@ impl std::fmt::Display for Origin {
 }
 
 impl Site {
-    /// Whether browsers are on TLS: it decides on cookies.
+    /// Whether browsers connect over TLS, which determines the attributes of cookies.
     pub(crate) fn is_secure(&self) -> bool {
         self.proxy.as_ref().map_or(self.is_tls, |proxy| proxy.scheme == "https")
     }
 
-    /// The origin of a page that was reached as `host` over a connection to `local`; none if that is another's name.
+    /// The origin of a page requested as `host` over a connection to `local`; `None` if the name is not this site's.
     pub(crate) fn origin(&self, host: &str, local: SocketAddr) -> Option<String> {
         let host = host.to_ascii_lowercase();
         match &self.proxy {
@@ -103,7 +103,7 @@ fn ip(name: &str) -> Option<IpAddr> {
     bare.map_or_else(|| name.parse().ok(), |bare| bare.parse().ok().map(IpAddr::V6))
 }
 
-/// Name and port of `NAME`, `NAME:PORT`, `[ADDRESS]:PORT`.
+/// Splits `NAME`, `NAME:PORT` or `[ADDRESS]:PORT` into name and port.
 fn split(authority: &str) -> Option<(&str, Option<u16>)> {
     let end_of_address = authority.find(']').map_or(0, |end| end + 1);
     let colon = authority[end_of_address..].rfind(':').map(|colon| end_of_address + colon);

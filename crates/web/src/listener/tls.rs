@@ -1,4 +1,4 @@
-//! TLS: the certificate that is shown, and those that people may sign in with.
+//! TLS: the server certificate, and client certificates for sign-in.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use tokio_rustls::rustls::{RootCertStore, ServerConfig};
 
 use super::settings::{ListenError, TlsFiles};
 
-/// What connections begin with.
+/// The TLS acceptor for new connections.
 pub(super) fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, ListenError> {
     let provider = Arc::new(ring::default_provider());
     let builder = ServerConfig::builder_with_provider(provider.clone());
@@ -31,7 +31,7 @@ pub(super) fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, ListenError> {
     Ok(TlsAcceptor::from(Arc::new(config)))
 }
 
-/// A browser may show a certificate of the authority; one of another ends the connection.
+/// Verifies client certificates, which are optional; one of another authority ends the connection.
 fn verifier(
     authority: &Path,
     provider: Arc<CryptoProvider>,

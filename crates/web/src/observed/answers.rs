@@ -1,4 +1,4 @@
-//! Answers that are kept for a moment: whoever wants the same meanwhile gets the same, and waits for the same.
+//! A short-lived cache of answers: concurrent requests for the same answer share one query.
 
 use std::collections::HashMap;
 use std::future::Future;
@@ -10,12 +10,12 @@ use parking_lot::Mutex;
 use tokio::sync::Mutex as Turn;
 use tokio::time::Instant;
 
-/// Answers beyond this many are looked through for old ones.
+/// Above this size, expired answers are removed.
 const MANY: usize = 64;
 
 type Entry<V> = Arc<Turn<Option<(Instant, V)>>>;
 
-/// Answers by what was wanted.
+/// Answers by request.
 #[derive(Debug)]
 pub(super) struct Answers<K, V> {
     entries: Mutex<HashMap<K, Entry<V>>>,
@@ -27,7 +27,7 @@ impl<K: Clone + Eq + Hash, V: Clone> Answers<K, V> {
         Self { entries: Mutex::default(), keep }
     }
 
-    /// The answer, had by `fetch` unless a fresh one is there.
+    /// The cached answer if it is fresh, otherwise that of `fetch`.
     pub(super) async fn get<F>(&self, key: K, fetch: impl FnOnce() -> F) -> V
     where
         F: Future<Output = V>,

@@ -6,11 +6,11 @@ use vocabulary::FaultTransition;
 
 use super::Observed;
 
-/// A drawing, or why there is none.
+/// A drawing, or the reason why it is missing.
 pub(crate) type Frame = Result<Arc<str>, Arc<str>>;
 
 impl Observed {
-    /// What was seen around the latching of the fault that a component has, as SVG text.
+    /// The freeze frame of a component's present fault, as SVG text.
     pub(crate) async fn frame(&self, fault: &FaultTransition) -> Frame {
         let Some(session) = self.session() else { return Err("there is no network".into()) };
         let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);

@@ -1,4 +1,4 @@
-//! What a module's journal holds, as far as a page shows it.
+//! The recent part of a module's journal.
 
 use std::sync::Arc;
 
@@ -6,12 +6,12 @@ use observer::{ModuleHistory, ModuleView, QueryError};
 
 use super::Observed;
 
-/// Transitions that are shown of a module; `trusswatch history` shows all.
+/// Most transitions shown of a module; `trusswatch history` shows all.
 const LATEST: u64 = 2000;
 
 impl Observed {
-    /// The latest of a module's journal; nothing of a module that is only expected and it is not clear where. One that is
-    /// not heard is not asked.
+    /// The latest entries of a module's journal; `None` for a module that is only expected and whose structure is not
+    /// known. A module that is not heard is not asked.
     pub(crate) async fn journal(&self, module: &ModuleView) -> Option<Arc<ModuleHistory>> {
         let structure = module.structure.as_ref()?;
         let next = module.status.as_ref().map_or(1, |status| status.next_sequence);

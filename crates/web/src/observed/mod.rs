@@ -1,10 +1,10 @@
-//! The structure as it is observed: the scene, and what is shown beside it, fetched once for all pages. A hundred open pages
-//! cost a module no more than one.
+//! The observed structures: the scene, and answers of modules, fetched once for all pages. A hundred open pages load a
+//! module no more than one.
 //!
 //! | file | what |
 //! |---|---|
 //! | `answers` | answers of modules, kept for a moment |
-//! | `journals` | what a module's journal holds |
+//! | `journals` | the recent part of a module's journal |
 //! | `frames` | the freeze frame of a component's fault |
 //! | `traces` | a module's divergences of the last minute |
 
@@ -26,17 +26,17 @@ use answers::Answers;
 pub(crate) use frames::Frame;
 pub(crate) use traces::Traces;
 
-/// A journal grows, and a frame may not be there yet.
+/// How long answers are reused: a journal grows, and a frame may be recorded a moment later.
 const KEEP_JOURNAL: Duration = Duration::from_secs(2);
 const KEEP_FRAME: Duration = Duration::from_secs(3);
 
-/// The structure as it is observed.
+/// The observed structures.
 #[derive(Debug)]
 pub(crate) struct Observed {
     pub(crate) live: Live,
-    /// How long an answer of a module is waited for.
+    /// Timeout for answers of modules.
     pub(crate) timeout: Duration,
-    /// The divergences of each module that somebody looks at.
+    /// The divergences of each module whose pages are viewed.
     traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
     journals: Answers<(StructureName, ModuleName), Arc<ModuleHistory>>,
     frames: Answers<String, Frame>,
@@ -48,12 +48,12 @@ impl Observed {
         Self { live, timeout, traces: Hub::new(LINGER), journals, frames }
     }
 
-    /// What is known now.
+    /// The present scene.
     pub(crate) fn scene(&self) -> Arc<Scene> {
         self.live.scene()
     }
 
-    /// The session, once there is one.
+    /// The session, once it is open.
     pub(crate) fn session(&self) -> Option<Session> {
         self.live.session()
     }

@@ -1,4 +1,4 @@
-//! A module's divergences of the last minute. Its diagnoser publishes them only while somebody subscribes, and here one
+//! A module's divergences of the last minute. The diagnoser publishes them only while there is a subscriber; one
 //! subscription serves all pages.
 
 use std::collections::VecDeque;
@@ -13,20 +13,20 @@ use zenoh::Session;
 
 use super::Observed;
 
-/// How far back they reach.
+/// The span that is kept.
 const MINUTE_NS: u64 = 60_000_000_000;
-/// Messages that are kept, however often they come.
+/// Most messages kept, whatever their rate.
 const MOST: usize = 1200;
-/// From one showing to the next.
+/// Interval of updates.
 const SHOW_EVERY: Duration = Duration::from_millis(500);
-/// From one attempt to subscribe to the next.
+/// Pause before subscribing again.
 const AGAIN_AFTER: Duration = Duration::from_secs(1);
 
 /// The messages of the last minute, oldest first.
 pub(crate) type Traces = VecDeque<Arc<Divergences>>;
 
 impl Observed {
-    /// The divergences of a module as they come.
+    /// Subscribes to the divergences of a module.
     pub(crate) fn traces(
         self: &Arc<Self>,
         structure: &StructureName,
@@ -51,7 +51,7 @@ async fn watch(
     }
 }
 
-/// Until the session ends.
+/// Collects messages until the session ends.
 async fn follow(
     session: &Session,
     (structure, module): &(StructureName, ModuleName),

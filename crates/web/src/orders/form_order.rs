@@ -1,4 +1,4 @@
-//! What a form orders.
+//! Reads an order from a form.
 
 use vocabulary::{
     Component, ComponentPath, ModuleName, OperatorName, Order, OrderKind, StructureName,
@@ -8,13 +8,13 @@ use observer::{OrderOutcome, OrderRequest};
 
 use crate::access::Fields;
 
-/// Who gives the orders of a page without a certificate; with one, access control knows who it is.
+/// The issuer of orders sent without a certificate; with one, access control identifies the operator.
 const PAGE: &str = "web";
 
-/// An order of a form, as long as it is not clear of which structure the module is.
+/// An order from a form, before the module's structure is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FormOrder {
-    /// Only if the page shows several structures.
+    /// Set only if the page shows several structures.
     pub(super) structure: Option<StructureName>,
     pub(super) module: ModuleName,
     kind: OrderKind,
@@ -22,10 +22,10 @@ pub(super) struct FormOrder {
 }
 
 impl FormOrder {
-    /// Reads the fields of a form that a person sent.
+    /// Reads the fields of a form sent by a user.
     ///
     /// # Errors
-    /// In words: a field that is missing or wrong.
+    /// A message that names the missing or invalid field.
     pub(super) fn read(kind: &str, fields: &Fields, person: &str) -> Result<Self, String> {
         let found = OrderKind::ALL.into_iter().find(|known| known.as_str() == kind);
         let kind = found.ok_or_else(|| {
@@ -51,7 +51,7 @@ impl FormOrder {
         Ok(Self { structure: structure.map_err(in_words)?, module, kind, order })
     }
 
-    /// The same to a module of this structure, under the name of the operator whose certificate this process shows.
+    /// The request to the module in this structure, under the name of the operator in this process's certificate.
     pub(super) fn request(
         self,
         structure: StructureName,
@@ -64,7 +64,7 @@ impl FormOrder {
         OrderRequest { structure, module, kind, operator, order }
     }
 
-    /// How it ended, in words.
+    /// The outcome in words.
     pub(super) fn words(&self, outcome: &OrderOutcome) -> String {
         let Self { module, order, .. } = self;
         let subject = order.component.as_ref().map_or_else(
@@ -98,7 +98,7 @@ fn seconds(fields: &Fields) -> Result<u64, String> {
     span.map(|span| span.as_secs()).map_err(wrong)
 }
 
-/// A check box is there if it is checked.
+/// Whether a check box is checked: browsers send its field only then.
 fn is_checked(fields: &Fields, name: &str) -> Result<bool, String> {
     match fields.get(name).map(String::as_str) {
         None | Some("") => Ok(false),

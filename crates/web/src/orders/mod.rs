@@ -1,8 +1,8 @@
-//! Orders that people give on the page: forms that are sent to `/order/{kind}`.
+//! Orders that users send with forms to `/order/{kind}`.
 //!
 //! | file | what |
 //! |---|---|
-//! | `form_order` | what a form orders |
+//! | `form_order` | reads an order from a form |
 
 mod form_order;
 #[cfg(test)]
@@ -24,12 +24,12 @@ use crate::access::{Fields, Viewer, destination, plain};
 use crate::app::{App, Shared};
 use form_order::FormOrder;
 
-/// Where forms with orders are sent.
+/// Routes that receive forms with orders.
 pub(crate) fn routes() -> Router<Shared> {
     Router::new().route("/order/{kind}", post(order))
 }
 
-/// Gives the order and leads back to the page, which shows the outcome.
+/// Carries out the order and redirects to the page, which shows the outcome.
 async fn order(
     State(shared): State<Shared>,
     Path(kind): Path<String>,
@@ -55,7 +55,7 @@ async fn order(
     (StatusCode::SEE_OTHER, [(header::LOCATION, back)]).into_response()
 }
 
-/// Sends it and waits for the answer.
+/// Sends the order and waits for the answer.
 async fn give(app: &App, given: FormOrder) -> OrderOutcome {
     let Some(session) = app.observed.session() else {
         return OrderOutcome::not_sent("there is no network");
@@ -69,7 +69,7 @@ async fn give(app: &App, given: FormOrder) -> OrderOutcome {
     }
 }
 
-/// Where the module is. One that is there in several structures is not guessed at.
+/// The structure of the module. A module name found in several structures is ambiguous and refused.
 async fn structure(
     app: &App,
     session: &Session,

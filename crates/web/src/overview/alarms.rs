@@ -1,4 +1,4 @@
-//! What needs attention, the most urgent first.
+//! Alarms by urgency.
 
 use maud::{Markup, html};
 use observer::{StateRow, alarms};
@@ -6,7 +6,7 @@ use observer::{StateRow, alarms};
 use crate::look;
 use crate::view::LinkedScene;
 
-/// What an operator has to do something about.
+/// Alarms that require an operator to act.
 pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| row.urgency.needs_attention());
@@ -20,7 +20,7 @@ pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
     }
 }
 
-/// What is shelved, suppressed, explained, or changed a moment ago: never hidden.
+/// Shelved, suppressed, explained and recent changes, which are never hidden.
 pub(super) fn others(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| !row.urgency.needs_attention());
@@ -32,7 +32,7 @@ pub(super) fn others(view: &LinkedScene<'_>) -> Markup {
     }
 }
 
-/// Components and modules with everything that is known of their states.
+/// Components and modules with all details of their states.
 pub(crate) fn list(view: &LinkedScene<'_>, rows: &[StateRow]) -> Markup {
     html! { ol.list { @for row in rows { (line(view, row)) } } }
 }
@@ -61,7 +61,7 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
     }
 }
 
-/// Where the page of a component or a module is.
+/// The link to the page of a component or a module.
 pub(crate) fn href(view: &LinkedScene<'_>, row: &StateRow) -> String {
     match &row.component {
         Some(path) => view.component(row.structure.as_ref(), path),

@@ -1,8 +1,8 @@
-//! The overview: what needs attention, the drawing, the modules.
+//! The overview: alarms, the drawing, the modules.
 //!
 //! | file | what |
 //! |---|---|
-//! | `alarms` | what needs attention, the most urgent first |
+//! | `alarms` | alarms by urgency |
 //! | `modules` | a card for each module |
 
 pub(crate) mod alarms;
@@ -30,7 +30,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
     Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.around(&main)
 }
 
-/// What changes in it.
+/// The parts that change.
 pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> Vec<PagePart> {
     let mut parts = vec![
         part("names", names(view)),
@@ -78,14 +78,14 @@ pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> M
     }
 }
 
-/// What is looked at.
+/// The names of the observed structures.
 fn names(view: &LinkedScene<'_>) -> Markup {
     let names: Vec<&str> =
         view.structures().filter_map(|(name, _)| name.map(StructureName::as_str)).collect();
     html! { @if names.is_empty() { "No structure seen" } @else { (names.join(", ")) } }
 }
 
-/// What the signs in the drawing mean.
+/// Explains the signs in the drawing.
 fn legend() -> Markup {
     let entries = ["latched", "acknowledged", "unconfirmed", "unknown", "explained", "tentative"];
     html! {

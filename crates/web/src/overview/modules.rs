@@ -28,7 +28,7 @@ fn card(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>, module: &Module
     html! {
         article.card.(observer::sign(module.tone())) {
             header {
-                // Below the heading of its structure, if there is one.
+                // One level below the heading of the structure, if there is one.
                 @if view.several { h4 { (name) } } @else { h3 { (name) } }
                 (look::condition(module))
             }
@@ -38,7 +38,7 @@ fn card(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>, module: &Module
     }
 }
 
-/// What a module reports of itself; what it reported last, if it is not heard.
+/// The module's reports about itself; the latest ones if it is silent.
 pub(crate) fn facts(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     let Some(status) = &module.status else {
         return html! { p.nothing { "It has reported no status." } };
@@ -60,7 +60,7 @@ pub(crate) fn facts(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     }
 }
 
-/// A status comes once a second: as long as it does, its age is of no interest.
+/// A status arrives every second; while it does, its age is not interesting.
 #[expect(clippy::cast_precision_loss, reason = "ages are short")]
 fn age(view: &LinkedScene<'_>, status: &ModuleStatus) -> String {
     match view.scene.time_unix_ns.saturating_sub(status.time_unix_ns) {
@@ -69,7 +69,7 @@ fn age(view: &LinkedScene<'_>, status: &ModuleStatus) -> String {
     }
 }
 
-/// The components as signs with their names: the drawing of a module of which there is none.
+/// The components as signs with names, for a module that is not drawn.
 fn components(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     html! {
         ul.chips {

@@ -1,4 +1,4 @@
-//! `/stream`: parts of a page as server-sent events.
+//! `/stream`: changed parts of a page as server-sent events.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -18,9 +18,9 @@ use crate::app::Shared;
 use crate::live_page::PageParameters;
 use crate::part::{MOST, Parts};
 
-/// After this time, whoever was refused may try again \[s\].
+/// Seconds after which a refused client may retry \[s\].
 const AGAIN_S: u64 = 30;
-/// A comment is sent this often, so that proxies keep the connection open.
+/// Interval of comments that keep proxies from closing the connection.
 const HEARTBEAT: Duration = Duration::from_secs(15);
 
 /// `/stream`
@@ -43,14 +43,14 @@ pub(crate) async fn stream(
     let shutdown = app.shutdown.clone();
     let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
     let events = Sse::new(events(viewing)).keep_alive(KeepAlive::new().interval(HEARTBEAT));
-    // A proxy that gathers what it passes on would hold events back.
+    // Tells a buffering proxy to pass events on at once.
     ([(header::HeaderName::from_static("x-accel-buffering"), "no")], events).into_response()
 }
 
-/// Somebody who looks.
+/// The viewer of a page.
 struct Viewing {
     parts: Receiver<Arc<Parts>>,
-    /// The version that he has.
+    /// The version last sent.
     sent: u64,
     shutdown: Shutdown,
     app: Shared,
@@ -63,7 +63,7 @@ impl Drop for Viewing {
     }
 }
 
-/// What has changed since the latest event, whenever the browser takes one. It ends with the process.
+/// The changes since the last event, whenever the browser is ready for one. Ends with the process.
 fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(viewing, |mut viewing| async move {
         loop {

@@ -1,11 +1,11 @@
-//! Parts of pages as they change: rendered once for all who look at the same page, sent only if they changed, and to
-//! each browser only the latest.
+//! Changed parts of pages: rendered once for all viewers of a page, sent only if changed, and to each browser only the
+//! latest.
 //!
 //! | file | what |
 //! |---|---|
-//! | `rendering` | keeps the parts of a page up to date while somebody looks at it |
+//! | `rendering` | renders the parts of a page while it is viewed |
 //! | `events` | `/stream`: as server-sent events |
-//! | `poll` | `/fragments`: the same for who polls |
+//! | `poll` | `/fragments`: the same for clients that poll |
 
 mod events;
 mod poll;

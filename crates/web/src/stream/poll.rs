@@ -1,4 +1,4 @@
-//! `/fragments`: all parts of a page at once, for who polls.
+//! `/fragments`: all parts of a page at once, for clients that poll.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,7 +12,7 @@ use crate::app::Shared;
 use crate::live_page::PageParameters;
 use crate::part::Parts;
 
-/// How long the first rendering is waited for.
+/// Timeout for the first rendering.
 const FIRST_WITHIN: Duration = Duration::from_secs(2);
 
 /// `/fragments`

@@ -1,4 +1,4 @@
-//! Keeps the parts of a page up to date while somebody looks at it.
+//! Renders the parts of a page while it is viewed.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,12 +13,12 @@ use crate::part::{PagePart, Parts, part};
 use crate::view::LinkedScene;
 use crate::{events, layout, module, overview};
 
-/// From one rendering to the next at least: well within what a person calls at once.
+/// Shortest interval between renderings, which users still perceive as immediate.
 const PAUSE: Duration = Duration::from_millis(150);
-/// And at most: ages grow.
+/// Longest interval, because ages grow.
 const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 
-/// The parts of a page as they change.
+/// Subscribes to the parts of a page.
 pub(super) fn look(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
     let work = |sender| render(Arc::clone(app), page.clone(), sender);
     app.streams.pages.look(page.clone(), Arc::default(), work)

@@ -34,7 +34,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     common.print_router(&comment(&fleet), rules::of_fleet(&fleet), None)
 }
 
-/// Common names of a structure would be common names of the fleet.
+/// The common names of the structure would coincide with those of the fleet.
 fn check_name(fleet: &StructureName, structures: &[StructureName]) -> Result<(), Failure> {
     if structures.contains(fleet) {
         return Err(Failure::usage(format!(

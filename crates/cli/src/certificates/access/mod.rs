@@ -82,7 +82,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 impl ToFleet {
-    /// Where the gateway connects to, and by which certificate.
+    /// The endpoint that the gateway connects to, with its certificate.
     fn endpoint(&self) -> Result<Option<String>, Failure> {
         match (&self.fleet_endpoint, &self.fleet_tls) {
             (Some(place), Some(directory)) => gateway_endpoint(place, directory).map(Some),
@@ -91,7 +91,7 @@ impl ToFleet {
     }
 }
 
-/// A gateway is a router, of a structure that is not the fleet.
+/// Checks that a gateway is a router, and that its structure is not the fleet itself.
 fn check_gateway(
     structure: &Structure,
     mode: EnforcedBy,
@@ -111,7 +111,7 @@ fn check_gateway(
     Ok(())
 }
 
-/// A module that there is not is behind no router.
+/// Checks that every module behind a router exists.
 fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
     let modules = || structure.equipped().map(|module| &module.name);
     for Linked { router, side } in &people.routers {
@@ -138,7 +138,7 @@ fn people(arguments: &Arguments) -> Result<People, Failure> {
     Ok(People { routers, gateway, ..arguments.common.people()? })
 }
 
-/// The heading of the settings: what they are for and how they were made.
+/// The header of the settings: their purpose, and how they were generated.
 fn comment(structure: &Structure, mode: EnforcedBy, people: &People) -> String {
     let (owner, others) = match mode {
         EnforcedBy::Router => ("a router", "`client-tls.json5`"),
@@ -164,7 +164,7 @@ fn comment(structure: &Structure, mode: EnforcedBy, people: &People) -> String {
     )
 }
 
-/// Names in a heading.
+/// Names in a header.
 fn named<N: Display>(role: &str, names: &BTreeSet<N>) -> String {
     let names: Vec<String> = names.iter().map(ToString::to_string).collect();
     match &names[..] {

@@ -1,4 +1,4 @@
-//! Who a router may be linked to, and clients that are no part of the structure.
+//! Routers that a router may be linked to, and clients that do not belong to the structure.
 
 use std::collections::BTreeSet;
 use std::str::FromStr;
@@ -7,20 +7,20 @@ use pki::holder::BearerName;
 use pki::{CommonName, Generations, Holder};
 use vocabulary::{OperatorName, StructureName};
 
-/// Clients that are no part of the structure.
+/// Clients that do not belong to the structure.
 #[derive(Debug, Default)]
 pub(super) struct People {
     pub(super) operators: BTreeSet<BearerName>,
     pub(super) observers: BTreeSet<BearerName>,
-    /// Routers linked to the one that the rules are for.
+    /// Routers linked to the one that enforces the rules.
     pub(super) routers: BTreeSet<Linked>,
     /// The fleet's router, if the rules are for a gateway.
     pub(super) gateway: Option<Gateway>,
-    /// By which certificates these and the modules and the plant are admitted.
+    /// The generations of the certificates of these clients, the modules and the plant.
     pub(super) generations: Generations,
 }
 
-/// Structures, each behind a gateway, and the people at the fleet's router.
+/// Structures, each behind a gateway, and users at the fleet's router.
 #[derive(Debug)]
 pub(super) struct Fleet {
     pub(super) name: StructureName,
@@ -28,19 +28,19 @@ pub(super) struct Fleet {
     pub(super) people: People,
 }
 
-/// A router that another one is linked to.
+/// A linked router.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Linked {
     pub(super) router: BearerName,
     pub(super) side: Side,
 }
 
-/// Those whose messages come by a link: behind the router at its other end, or behind further ones.
+/// The holders whose messages arrive over a link: behind the router at its other end, or behind further ones.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Side {
-    /// Anybody of the structure.
+    /// Any holder of the structure.
     Everybody,
-    /// These.
+    /// These holders.
     These(BTreeSet<Holder>),
 }
 
@@ -53,7 +53,7 @@ impl Side {
     }
 }
 
-/// `ground` or `ground=module1,operator.ada`.
+/// Parses `ground` or `ground=module1,operator.ada`.
 impl FromStr for Linked {
     type Err = String;
 
@@ -72,16 +72,16 @@ impl FromStr for Linked {
     }
 }
 
-/// The fleet's router as a gateway sees it.
+/// The fleet's router, from the gateway's point of view.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Gateway {
-    /// By the certificate of the fleet's authority.
+    /// Its name in the certificate issued by the fleet's authority.
     pub(super) router: CommonName,
     /// Operators of the fleet who may issue commands in the structure.
     pub(super) operators: BTreeSet<OperatorName>,
 }
 
-/// `hub.fleet` or `hub.fleet=operator.ada,operator.bob`.
+/// Parses `hub.fleet` or `hub.fleet=operator.ada,operator.bob`.
 impl FromStr for Gateway {
     type Err = String;
 

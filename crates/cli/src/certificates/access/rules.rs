@@ -1,4 +1,5 @@
-//! Access control in Zenoh's settings: what modules, plant, routers and people may do. All else is denied.
+//! Access control rules in Zenoh's settings: the permissions of modules, plant, routers and users. All other access is
+//! denied.
 
 use std::collections::BTreeSet;
 
@@ -13,20 +14,20 @@ use super::parties::{Fleet, Gateway, Linked, People};
 const INCOMING: &str = "ingress";
 const OUTGOING: &str = "egress";
 
-/// What the owner of a key does with it.
+/// The messages that the owner of a key may send on it.
 const OWN: &[&str] = &["put", "delete", "declare_queryable", "reply", "liveliness_token"];
-/// The parts of that.
+/// Publishing, a part of `OWN`.
 const PUBLISH: &[&str] = &["put", "delete"];
 const ANSWER: &[&str] = &["declare_queryable", "reply"];
 const SHOW: &[&str] = &["liveliness_token"];
-/// What a subscriber does that also reads liveliness tokens.
+/// The messages of a subscriber that also reads liveliness tokens.
 const LISTEN: &[&str] =
     &["declare_subscriber", "liveliness_query", "declare_liveliness_subscriber"];
-/// The parts of that.
+/// Subscribing, a part of `LISTEN`.
 const SUBSCRIBE: &[&str] = &["declare_subscriber"];
 const WATCH: &[&str] = &["liveliness_query", "declare_liveliness_subscriber"];
 const ASK: &[&str] = &["query"];
-/// What others do with a key that they do not own.
+/// The messages that other clients may send on a key.
 const REQUEST: &[&str] =
     &["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
@@ -44,7 +45,7 @@ const SHOWS: &str = "the fleet sees who is there";
 const ANSWERS: &str = "the fleet is answered";
 const ORDERS: &str = "the fleet orders";
 
-/// The table `access_control` for what the modules of a structure, its plant and these people may do.
+/// The table `access_control` for the modules of a structure, its plant and these users.
 pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
     let name = &structure.name;
     let mut access = AccessRules::new(&people.generations);
@@ -74,7 +75,7 @@ pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
     access.table()
 }
 
-/// The table `access_control` for what the gateways and the people of a fleet may do.
+/// The table `access_control` for the gateways and the users of a fleet.
 pub(super) fn of_fleet(fleet: &Fleet) -> Value {
     let any = Crossing::of_any();
     let mut access = AccessRules::new(&fleet.people.generations);
@@ -138,7 +139,7 @@ impl<'a> AccessRules<'a> {
         self.allow(PLANT, INCOMING, OWN, plants);
     }
 
-    /// Allows a router to pass on what those on its side may say, and nothing else.
+    /// Permits a router to forward the messages of the holders on its side, and nothing else.
     fn link(&mut self, structure: &Structure, operators: &BTreeSet<BearerName>, linked: &Linked) {
         let Linked { router, side } = linked;
         let modules = structure.equipped().map(|module| &module.name);
@@ -158,7 +159,7 @@ impl<'a> AccessRules<'a> {
         self.admit(&structure.name, Holder::Router(router.clone()), &rules);
     }
 
-    /// Allows the fleet's router what leaves the structure and what may come in, and nothing else.
+    /// Permits the fleet's router to exchange the messages that may leave or enter the structure, and nothing else.
     fn open(&mut self, structure: &StructureName, gateway: &Gateway) {
         let (own, any) = (Crossing::of(structure), Crossing::of_any());
         let mut answers = own.questions();
@@ -181,8 +182,8 @@ impl<'a> AccessRules<'a> {
         self.permit(&gateway.router, &rules);
     }
 
-    /// Allows the router that has the name of a structure, its gateway, to speak and answer for this structure and to be
-    /// asked for it.
+    /// Permits the gateway of a structure, a router with the structure's name, to publish and reply for the structure,
+    /// and to receive its queries.
     fn join(&mut self, fleet: &StructureName, structure: &StructureName) {
         let own = Crossing::of(structure);
         let answers = [own.questions(), own.commands()].concat();
@@ -195,26 +196,26 @@ impl<'a> AccessRules<'a> {
         self.allow(&rules[3], OUTGOING, ASK, own.commands());
         let own = rules.iter().map(String::as_str);
         let rules: Vec<&str> = own.chain([LISTENS, WATCHES, ASKS]).collect();
-        // Every name of a structure is one of a router.
+        // Every structure name is also a valid router name.
         if let Ok(name) = structure.to_string().parse() {
             self.admit_to(fleet, Holder::Router(name), &rules);
         }
     }
 
-    /// Allows a holder these rules and those of every known client.
+    /// Grants a holder these rules and those of every known client.
     fn admit(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
         self.admit_to(structure, holder, &[rules, &[HEAR, READ, GET, ASKED]].concat());
     }
 
-    /// Allows a holder these rules and nothing else.
+    /// Grants a holder these rules only.
     fn admit_to(&mut self, structure: &StructureName, holder: Holder, rules: &[&str]) {
-        // A name that is too long for a certificate has none.
+        // A holder whose common name is too long for a certificate has none.
         if let Ok(name) = CommonName::new(self.generations.of(holder), structure.clone()) {
             self.permit(&name, rules);
         }
     }
 
-    /// Grants these rules to the certificate of this name.
+    /// Grants these rules to the certificate with this name.
     fn permit(&mut self, name: &CommonName, rules: &[&str]) {
         let id = name.to_string();
         self.subjects.push(json!({ "id": id, "cert_common_names": [id] }));

@@ -1,4 +1,5 @@
-//! Zenoh's settings of a process that enforces access control: mutual TLS, explicit endpoints, quick to notice a loss.
+//! Zenoh's settings for a process that enforces access control: mutual TLS, explicit endpoints, fast detection of
+//! losses.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -37,7 +38,7 @@ pub(super) struct Common {
 }
 
 impl Common {
-    /// Prints the settings of a router, to which all others connect; it connects to that place, if there is one.
+    /// Prints the settings of a router, to which all others connect; the router connects to `connect`, if given.
     pub(super) fn print_router(
         &self,
         heading: &str,
@@ -49,14 +50,14 @@ impl Common {
         print(heading, &settings)
     }
 
-    /// Prints the settings of a peer, which connects to every other one.
+    /// Prints the settings of a peer, which connects to all other peers.
     pub(super) fn print_peer(&self, heading: &str, access: Value) -> Result<(), Failure> {
         let connect = Some("tls/127.0.0.1:7447");
         print(heading, &self.settings("peer", "tls/127.0.0.1:7448", access, connect))
     }
 
-    /// What is not named here is Zenoh's default. The figures are those of every other session. Without an endpoint it
-    /// listens on `otherwise`, which is there on every computer.
+    /// Settings not listed here have Zenoh's defaults; the timeouts equal those of all other sessions. Without
+    /// endpoints the process listens on `otherwise`, which exists on every computer.
     fn settings(&self, mode: &str, otherwise: &str, access: Value, connect: Option<&str>) -> Value {
         let otherwise = [otherwise.to_owned()];
         let listen = if self.listen.is_empty() { &otherwise[..] } else { &self.listen };
@@ -88,7 +89,7 @@ impl Common {
             "access_control": access,
         });
         if let Some(place) = connect {
-            // Whenever the link is lost, it connects again.
+            // Reconnects whenever the link is lost.
             settings["connect"] = json!({
                 "endpoints": [place],
                 "timeout_ms": -1,
@@ -101,12 +102,12 @@ impl Common {
         settings
     }
 
-    /// Certificates are seen on TLS only.
+    /// Requires TLS endpoints, because only TLS transmits certificates.
     pub(super) fn check_endpoints(&self) -> Result<(), Failure> {
         check_endpoints(&self.listen)
     }
 
-    /// Those named, and those in the directory.
+    /// The users named in the arguments, and those in the directory.
     pub(super) fn people(&self) -> Result<People, Failure> {
         let mut people = People {
             operators: self.operators.iter().cloned().collect(),
@@ -131,7 +132,7 @@ impl Common {
     }
 }
 
-/// Reads a lease \[ms\].
+/// Parses a lease \[ms\].
 fn lease_ms(text: &str) -> Result<u32, String> {
     let lease_ms = text.parse().ok().filter(|lease_ms| LEASES_MS.contains(lease_ms));
     lease_ms.ok_or_else(|| format!("use {} to {} ms", LEASES_MS.start(), LEASES_MS.end()))
@@ -147,7 +148,7 @@ fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
     }
 }
 
-/// The settings as JSON, which JSON5 is too, below a heading of comments.
+/// Prints the settings as JSON, which is valid JSON5, below a header of comments.
 fn print(heading: &str, settings: &Value) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     writeln!(out, "{heading}")?;
@@ -156,8 +157,8 @@ fn print(heading: &str, settings: &Value) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
-/// The place of a fleet's router as Zenoh reads it: on this link alone the gateway trusts the fleet's authority, and shows the fleet's certificate.
-/// Everywhere else it trusts the structure's.
+/// The endpoint of a fleet's router in Zenoh's syntax: only on this link the gateway trusts the fleet's authority and
+/// shows the fleet's certificate; on all others it trusts the structure's authority.
 pub(super) fn gateway_endpoint(place: &str, directory: &Path) -> Result<String, Failure> {
     check_endpoints(&[place.to_owned()])?;
     let identity = Identity::in_directory(directory);
@@ -167,7 +168,7 @@ pub(super) fn gateway_endpoint(place: &str, directory: &Path) -> Result<String, 
         ("connect_private_key_file", &identity.key),
     ];
     let named = files.map(|(key, file)| format!("{key}={}", file.display())).join(";");
-    // Zenoh reads these as the end of a name.
+    // Zenoh interprets these characters as the end of a name.
     if place.contains('#') || named.contains('#') || named.matches(';').count() >= files.len() {
         let directory = directory.display();
         return Err(Failure::usage(format!(

@@ -1,7 +1,8 @@
-//! Operators' orders into the diagnoser's queue.
+//! Passes operators' orders to the diagnoser's queue.
 //!
-//! An order on a key that ends with an operator's name is his, whatever the message says: under access control nobody
-//! else may use the key. On the key without a name, which access control admits nobody to, the message says who it is.
+//! An order on a key that ends with an operator's name belongs to that operator, whatever the message says, because
+//! access control admits only that operator to the key. On the key without a name, which access control denies to all,
+//! the message names the issuer.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! What verdicts come from: the diagnoser's inputs and its configuration, given to whoever records them by a thread of
-//! their own. Thousands of inputs may be asked for at once.
+//! Answers requests of recorders for the provenance of verdicts, i.e. the diagnoser's inputs and its configuration, on
+//! a separate thread, because thousands of inputs may be requested at once.
 
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};

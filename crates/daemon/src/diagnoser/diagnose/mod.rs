@@ -439,7 +439,7 @@ impl DiagnosisLoop {
         }
     }
 
-    /// A waiting plant must receive the last step even if it is no round one, or if the message
+    /// A plant in lock step must receive the last step even if it is not a multiple of the interval, or if the message
     /// was dropped.
     fn repeat_progress(&mut self, now: Instant) {
         let stale = match (&self.last_progress, self.diagnoser.last_step()) {

@@ -39,8 +39,8 @@ enum FreezeFramePlace {
 }
 
 impl FreezeFrameStore {
-    /// The frames of a module in a folder, or in memory only. What cannot be used of what is there is logged and makes
-    /// room first.
+    /// Opens the frames of a module in a folder, or an empty store in memory. Unusable files are logged, and are the
+    /// first to be deleted for lack of space.
     pub(super) fn open(files: Option<FreezeFrameFiles>, speaker: &Speaker) -> Self {
         let found =
             files.as_ref().map_or(Ok(Vec::new()), FreezeFrameFiles::read).unwrap_or_else(|error| {
@@ -138,7 +138,7 @@ impl FreezeFrameStore {
     }
 }
 
-/// Why there is no answer if nothing is kept.
+/// The refusal while there are no frames.
 pub(super) const NONE: &str =
     "no freeze frame available yet: one is complete two seconds after latching";
 

@@ -64,7 +64,7 @@ impl Outgoing {
     }
 }
 
-/// The publishers of what concerns one component.
+/// The publishers of a component's messages.
 struct ComponentPublishers {
     faults: Publisher<'static>,
     identifications: Publisher<'static>,

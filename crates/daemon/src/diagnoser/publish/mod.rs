@@ -148,7 +148,7 @@ impl ModuleOutbox {
         }
     }
 
-    /// Queues a routine message. It is dropped if there is no room; dropped replies are counted.
+    /// Queues a routine message, or drops it if the queue is full; dropped replies are counted.
     pub(crate) fn routine(&self, message: Routine) {
         let (reply, room) = match message {
             Routine::Refusal { .. } => (true, self.routine.capacity() > KEPT_FREE),

@@ -107,7 +107,7 @@ impl RoutinePublisher {
     }
 }
 
-/// A publisher of what is superseded soon: dropped rather than waited for.
+/// Declares a publisher of messages that are soon superseded, and therefore dropped under congestion.
 async fn publisher(session: &Session, key: String) -> zenoh::Result<Publisher<'static>> {
     session
         .declare_publisher(key)

@@ -172,9 +172,9 @@ impl OilBalance {
         signature(&series, onset_s, |at_s| self.grouping.step_at(at_s))
     }
 
-    /// Weighs a filter with each of these priors of the fault's coefficient. That the valve lets more or less through than
-    /// its figures say is left aside: the sum of what it lets through has the noise of every pressure in it, by which its
-    /// gain would come out too small, and with it whatever else makes up for the oil.
+    /// Weighs a filter with each of these priors of the fault's coefficient. Deviations of the valve's flow from its
+    /// figures are neglected: the accumulated flow contains the noise of every pressure, so its gain would be estimated
+    /// too small, and with it every other term of the oil balance.
     pub(super) fn weigh(&self, level: &LevelFilter<ALL>, priors: &[Prior]) -> Vec<Weighed> {
         let all = |of_fault: &Prior| [*of_fault, FIGURES, FIGURES, AS_COMMANDED, self.null_flow];
         priors.iter().filter_map(|of_fault| level.weigh(&all(of_fault))).collect()

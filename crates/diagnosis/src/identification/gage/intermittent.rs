@@ -128,8 +128,8 @@ impl ContactModel<'_> {
         passed
     }
 
-    /// Densities of what it reads at the end of which it is closed, and open: if it was so throughout, and if it switched;
-    /// and the logarithm of what they are to be multiplied by.
+    /// Densities of the reading given that the contact is closed, and open, at the end of the point: if it was so
+    /// throughout, and if it switched; and the logarithm of their common factor.
     fn densities(&self, point: &GagePoint) -> (f64, [[f64; 2]; 2]) {
         let wandered = self.wandering.m2_per_s * (point.until_s - self.onset.at_s).max(0.0);
         let variance = self.uncertain + wandered + self.record.noise_m2 / point.count;

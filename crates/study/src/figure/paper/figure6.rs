@@ -14,13 +14,13 @@ use figure::plot::{Figure, PanelRow};
 
 const HARD_OVER_AT_S: f64 = 10.8;
 
-/// Runs among which one is looked for that the neighbour feels.
+/// Most runs searched for one that affects the neighbour.
 const RUNS: u64 = 20;
 
-/// Figure 6 of the paper as SVG: the first equipped module's third actuator goes hard over at 10.8 s;
-/// demands and divergences of the actuators of all modules, readings and divergences of the gages of
-/// the first two. How much the neighbour feels depends on what the demand was when the valve opened: of
-/// the runs from `seed` on, the first is shown in which any channel of it changes, if one of a few does.
+/// Figure 6 of the paper as SVG: the first equipped module's third actuator goes hard over at 10.8 s; demands and
+/// divergences of the actuators of all modules, readings and divergences of the gages of the first two. The effect on
+/// the neighbour depends on the demand at the moment when the valve opens: of the runs from `seed` on, the figure shows
+/// the first in which any of its channels changes, if there is one among a few.
 ///
 /// # Errors
 /// A structure without this actuator or with a single equipped module; a plant or diagnosers that
@@ -79,8 +79,7 @@ pub fn figure6(campaign: &ScenarioCampaign, seed: u64) -> Result<String, StudyEr
     Ok(figure.svg())
 }
 
-/// The first run from `seed` on in which a channel of `neighbour` changes, and its seed; failing that,
-/// the very first.
+/// The first run from `seed` on in which a channel of `neighbour` changes, and its seed; failing that, the first run.
 fn felt_by(
     campaign: &ScenarioCampaign,
     seed: u64,

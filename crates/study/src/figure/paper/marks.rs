@@ -1,4 +1,4 @@
-//! Lines in a story's panels: faults and the verdicts on them.
+//! Lines in the panels of a run: faults, and the verdicts on them.
 
 use vocabulary::ComponentPath;
 
@@ -27,8 +27,8 @@ impl FigureRun {
         self.marks().into_iter().map(bare).collect()
     }
 
-    /// The fault, when the faulty component changed and the verdict on it, and when the first other
-    /// change of these channels was explained; in milliseconds since the fault.
+    /// The fault, the change of the faulty component with its verdict, and the first explained change of another of
+    /// these channels, in milliseconds since the fault.
     pub(super) fn close_up_marks(
         &self,
         channels: &FigureChannels,
@@ -56,7 +56,7 @@ impl FigureRun {
         marks
     }
 
-    /// What was found of a component that is faulty.
+    /// The verdict on a faulty component.
     fn judgement(&self, injection: &TimedFault) -> Option<PanelMark> {
         let found = self.finding_of(injection)?;
         let name = injection.component.component.name();
@@ -68,7 +68,7 @@ impl FigureRun {
         Some(PanelMark::new(MarkKind::Verdict, self.seconds(found.decided), label))
     }
 
-    /// One mark for all components that are named and healthy: where the first of them is.
+    /// One mark for all healthy components that were named, at the first of them.
     pub(super) fn wrong(&self) -> Option<PanelMark> {
         let is_faulty = |path: &ComponentPath| self.injections.iter().any(|i| i.component == *path);
         let named = self.findings.iter().filter(|found| found.by.is_none());
@@ -83,8 +83,7 @@ impl FigureRun {
         Some(PanelMark::new(MarkKind::Verdict, self.seconds(first.decided), label))
     }
 
-    /// Where the first change of these channels is explained by another module's component, if any
-    /// is.
+    /// The time when the first change of these channels is explained by a component of another module, if any is.
     pub(super) fn explanation(&self, channels: &FigureChannels) -> Option<PanelMark> {
         let found = self.findings.iter().find(|found| {
             let by = found.by.as_ref();

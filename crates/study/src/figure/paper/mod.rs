@@ -1,5 +1,4 @@
-//! The figures of the paper's section 5, reproduced: the same faults at the same times, in any
-//! campaign.
+//! Reproductions of the figures in section 5 of the paper: the same faults at the same times, in any campaign.
 
 mod figure4;
 mod figure5;

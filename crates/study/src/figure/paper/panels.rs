@@ -1,4 +1,4 @@
-//! The panels of a story.
+//! The panels of a run.
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
@@ -7,17 +7,17 @@ use crate::statistics::first_beyond;
 use crate::trace::{ChannelTrace, ModuleTrace};
 use figure::plot::{MarkKind, Marker, Panel, PanelMark, PlotAxis, Series, SeriesStyle, Shape};
 
-/// What is shown around a fault \[ms\].
+/// The time range around a fault \[ms\].
 const CLOSE_UP_MS: [f64; 2] = [-10.0, 40.0];
-/// The axis of divergences begins where this share of them lies below, but not beyond these bounds.
+/// The axis of divergences begins where this share of them is below, within these bounds.
 const QUIET_SHARE: f64 = 0.02;
 const LOWEST_RATIO: [f64; 2] = [1e-3, 1e-1];
-/// The axis of divergences ends at least here: the threshold then does not touch the edge.
+/// The axis of divergences extends at least to this value, so that the threshold is not at the edge.
 const HIGHEST_RATIO: f64 = 3.0;
 const THRESHOLD: &str = "threshold";
 
 impl FigureRun {
-    /// What the controller asks for, or what the gages read.
+    /// The demands of the controller, or the readings of the gages.
     pub(super) fn signals(&self, title: impl Into<String>, channels: &FigureChannels) -> Panel {
         let (unit, scale) = unit(channels.kind);
         let quantity = match channels.kind {
@@ -53,8 +53,8 @@ impl FigureRun {
         panel.marked([level]).note(self.summary(channels))
     }
 
-    /// Divergences over their thresholds right around fault number `fault`, counted from 0; time
-    /// counts from the fault.
+    /// Divergences over their thresholds shortly before and after fault number `fault`, counted from 0; time is
+    /// relative to the fault.
     pub(super) fn close_up(
         &self,
         title: impl Into<String>,
@@ -63,7 +63,7 @@ impl FigureRun {
     ) -> Panel {
         let injection = self.injections.get(fault);
         let onset_s = injection.map_or(0.0, |injection| self.seconds(injection.at));
-        // Rounded, so that the last step shown is not lost to the last bit of its time.
+        // Rounded, so that rounding errors do not exclude the last step.
         let ms = |seconds: f64| (1e6 * (seconds - onset_s)).round() / 1e3;
         let mut series = self.series(channels, |_, _, channel| Some(ratios(channel)));
         for series in &mut series {
@@ -79,8 +79,7 @@ impl FigureRun {
         Panel::new(title, x, axis, series).marked([level]).marked(marks.unwrap_or_default())
     }
 
-    /// One line a channel, over the window. The second module's lines are dotted and have the colours
-    /// of the first's.
+    /// One line per channel over the window. The second module's lines are dotted and have the colours of the first's.
     fn series(
         &self,
         channels: &FigureChannels,
@@ -143,7 +142,7 @@ impl FigureRun {
     }
 }
 
-/// The unit in which signals of such components are shown, and how many there are of it in one N or m.
+/// The display unit for signals of such components, and its factor relative to N or m.
 fn unit(kind: ComponentKind) -> (&'static str, f64) {
     match kind {
         ComponentKind::Actuator => ("kN", 1e-3),
@@ -161,7 +160,7 @@ fn ratios(channel: &ChannelTrace) -> Vec<f64> {
     channel.divergence.iter().map(|divergence| divergence / channel.threshold).collect()
 }
 
-/// A logarithmic axis from the quiet channels' level to the peaks.
+/// A logarithmic axis from the level of quiet channels to the peaks.
 fn ratio_axis(series: &[Series]) -> PlotAxis {
     let ratios = series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
     let mut ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite() && *ratio > 0.0).collect();

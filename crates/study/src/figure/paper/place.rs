@@ -1,5 +1,6 @@
-//! Components by their position, as the paper counts them: third actuator of the first module; and how large the
-//! figures' faults are. The paper does not say: they lie in the middle of what the campaign's scenarios are drawn from.
+//! Components by their position, as numbered in the paper, e.g. the third actuator of the first module; and the sizes
+//! of the figures' faults. The paper does not state sizes, so they are in the middle of the campaign's ranges for
+//! scenarios.
 
 use truss::{Module, Structure};
 use vocabulary::{Component, ComponentPath, fault::Fault};
@@ -55,7 +56,7 @@ pub(super) fn bias(campaign: &ScenarioCampaign, length_m: f64) -> Fault {
     Fault::Bias { offset_m: length_m * middle(campaign.ranges.bias_strain) }
 }
 
-/// A random walk of a gage of this length. The middle of its drift is none, so it has the largest.
+/// A random walk of a gage of this length. The middle of its range of drifts is zero, so it has the largest drift.
 pub(super) fn random_walk(campaign: &ScenarioCampaign, length_m: f64) -> Fault {
     let ranges = &campaign.ranges;
     let per_ms = (campaign.system.parameters.step_s / 1e-3).sqrt();

@@ -1,4 +1,4 @@
-//! A run with given faults, and what came of it.
+//! A run with given faults, and its result.
 
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
@@ -8,7 +8,7 @@ use crate::rig::TimedFault;
 use crate::scenarios::ScenarioCampaign;
 use crate::trace::{ModuleTrace, RunTrace};
 
-/// What the paper's figures show of their runs \[s\].
+/// The time window of the paper's figures \[s\].
 pub(super) const WINDOW_S: [f64; 2] = [10.4, 11.8];
 
 /// Components of one kind in one module, or in several.
@@ -32,7 +32,7 @@ impl FigureChannels<'_> {
     }
 }
 
-/// A run that a figure shows.
+/// A run shown in a figure.
 pub(super) struct FigureRun {
     pub(super) trace: RunTrace,
     pub(super) findings: Vec<FigureVerdict>,
@@ -75,8 +75,8 @@ impl FigureRun {
         step.0 as f64 * self.step_s
     }
 
-    /// The verdict on a component that is faulty, if there is one: that it is or, failing that, that
-    /// something else is.
+    /// The verdict on a faulty component: that it is faulty or, failing that, that another component explains its
+    /// change.
     pub(super) fn finding_of(&self, injection: &TimedFault) -> Option<&FigureVerdict> {
         let is_of = |found: &&FigureVerdict| {
             found.component == injection.component && found.detection >= injection.at
@@ -91,7 +91,7 @@ impl FigureRun {
         1e3 * self.step_s * step.since(injection.at) as f64
     }
 
-    /// What became of these channels, module by module.
+    /// The outcome for these channels, module by module.
     pub(super) fn summary(&self, channels: &FigureChannels) -> String {
         let summaries: Vec<String> = (channels.modules.iter())
             .map(|module| {
@@ -106,7 +106,7 @@ impl FigureRun {
         named.collect::<Vec<_>>().join(" · ")
     }
 
-    /// What these faults are, in a sentence.
+    /// A description of these faults in one sentence.
     pub(super) fn faults(&self) -> String {
         let fault = |injection: &TimedFault| {
             let TimedFault { at, component, fault, .. } = injection;
@@ -115,7 +115,7 @@ impl FigureRun {
         self.injections.iter().map(fault).collect::<Vec<_>>().join(" and ")
     }
 
-    /// What came of it, in a sentence.
+    /// The outcome in one sentence.
     pub(super) fn outcome(&self) -> String {
         let outcome = |injection: &TimedFault| {
             let component = &injection.component;

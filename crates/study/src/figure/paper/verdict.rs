@@ -19,11 +19,11 @@ pub(super) struct FigureVerdict {
     pub(super) decided: Step,
     /// D/γ at the detection.
     pub(super) ratio: f64,
-    /// The component that explains the change; `None` if it was named as faulty itself.
+    /// The component that explains the change; `None` if the changed component itself was named.
     pub(super) by: Option<ComponentPath>,
 }
 
-/// Everything that was named or explained, in order.
+/// All components named or explained, in order.
 pub(super) fn findings(trace: &RunTrace) -> Vec<FigureVerdict> {
     trace.occurrences.iter().filter_map(verdict).collect()
 }
@@ -49,15 +49,14 @@ fn verdict(occurrence: &RigEvent) -> Option<FigureVerdict> {
     })
 }
 
-/// What became of the channels of one kind of one module, e.g. `5 of 8 change, explained by
-/// module1/actuator/a3`.
+/// The outcome for the channels of one kind in one module, e.g. `5 of 8 change, explained by module1/actuator/a3`.
 pub(super) fn summary(
     findings: &[FigureVerdict],
     module: &ModuleName,
     kind: ComponentKind,
     channels: usize,
 ) -> String {
-    // The latest verdict on each component counts.
+    // Only the latest verdict on each component counts.
     let mut latest: BTreeMap<&ComponentPath, &FigureVerdict> = BTreeMap::new();
     for verdict in findings {
         let path = &verdict.component;
