@@ -40,8 +40,8 @@ impl Replay {
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                let (asker, peer) = self.asked[usize::try_from(token.0).unwrap()].clone();
-                Some((asker, Event::Answered { peer, answer }))
+                let asker = self.asked[usize::try_from(token.0).unwrap()].0;
+                Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
                 let (asker, peer) = self.asked[usize::try_from(token.0).unwrap()].clone();

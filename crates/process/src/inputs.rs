@@ -56,7 +56,7 @@ impl InputNumbering {
             run: diagnoser.run(),
             step: diagnoser.last_step(),
         };
-        to_taken(event, &self.speaker.structure).map(|taken| self.enter(taken, now_unix_ns))
+        to_taken(event).map(|taken| self.enter(taken, now_unix_ns))
     }
 
     /// What an action says about the sample of the latest event: which one it is, that others are missing before it, or

@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question,
-    QuestionToken, Sample, SetupError, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, QuestionToken,
+    Sample, SetupError, StateQuestion, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
@@ -54,7 +54,7 @@ pub enum RigEvent {
         /// The module that was asked.
         peer: ModuleName,
         /// What.
-        question: Question,
+        question: StateQuestion,
         /// The changes that the answer named.
         changes: Vec<Change>,
         /// The actuators that the peer declared faulty.
@@ -153,7 +153,7 @@ pub struct Rig {
     occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
-    asked: Vec<(usize, ModuleName, Question)>,
+    asked: Vec<(usize, ModuleName, StateQuestion)>,
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
@@ -341,18 +341,17 @@ impl Rig {
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                let (asker, peer, _) = self.asked.get(usize::try_from(token.0).ok()?)?.clone();
-                if answer.question.window.is_some() {
-                    return Some((asker, Event::Answered { peer, answer }));
+                let asker = self.asked.get(usize::try_from(token.0).ok()?)?.0;
+                if answer.question.window.is_none() {
+                    self.occurrences.push(RigEvent::Question {
+                        asker: self.diagnosers.get(asker)?.module().clone(),
+                        peer: answer.module.clone(),
+                        question: answer.question,
+                        changes: answer.changes.clone(),
+                        actuator_faults: answer.actuator_faults.clone(),
+                    });
                 }
-                self.occurrences.push(RigEvent::Question {
-                    asker: self.diagnosers.get(asker)?.module().clone(),
-                    peer: peer.clone(),
-                    question: answer.question,
-                    changes: answer.changes.clone(),
-                    actuator_faults: answer.actuator_faults.clone(),
-                });
-                Some((asker, Event::Answered { peer, answer }))
+                Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
                 let (asker, peer, question) =

@@ -226,7 +226,7 @@ impl Reference {
         index: usize,
         action: Action,
         events: &mut VecDeque<(usize, Event)>,
-        askers: &mut Vec<(usize, diagnosis::Question)>,
+        askers: &mut Vec<(usize, vocabulary::StateQuestion)>,
     ) {
         match action {
             Action::Publish(transition) => {
@@ -240,8 +240,7 @@ impl Reference {
             }
             Action::Answer { token, answer } => {
                 let asker = askers[usize::try_from(token.0).unwrap()].0;
-                let peer = self.names[index].clone();
-                events.push_back((asker, Event::Answered { peer, answer }));
+                events.push_back((asker, Event::Answered(answer)));
             }
             Action::Refuse { token, refusal } => {
                 let (asker, question) = askers[usize::try_from(token.0).unwrap()];
