@@ -15,7 +15,7 @@ use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
-use crate::sample::Sample;
+use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
@@ -131,7 +131,7 @@ impl Diagnoser {
     }
 
     /// Takes a sample without taking ownership of it; otherwise like [`Event::Sample`].
-    pub fn take_sample(&mut self, sample: &Sample, actions: &mut Vec<Action>) {
+    pub fn take_sample(&mut self, sample: &Measurements, actions: &mut Vec<Action>) {
         let before = actions.len();
         match self.intake.admit(sample) {
             Ok(Admission::First { ended }) => self.begin_run(sample.run, ended, actions),

@@ -8,7 +8,7 @@ use crate::divergence::Violation;
 use crate::identification::Excerpt;
 use crate::order::{OrderRefusal, OrderToken};
 use crate::question::{PeerFailure, Refusal};
-use crate::sample::{Sample, SampleRejection, Signal};
+use crate::sample::{Measurements, SampleRejection, Signal};
 use crate::verdict::Transition;
 use vocabulary::{Change, Counters, Evidence, GivenOrder, StateAnswer, StateQuestion};
 
@@ -20,7 +20,7 @@ pub struct QuestionToken(pub u64);
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The module's next sample.
-    Sample(Sample),
+    Sample(Measurements),
     /// A peer asks.
     Asked {
         /// To be returned with the answer.

@@ -42,7 +42,7 @@ pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use monitor::{Monitor, Observation};
 pub use order::{OrderRefusal, OrderToken};
 pub use question::{MAX_CHANGES_IN_ANSWER, PeerFailure, Refusal};
-pub use sample::{Sample, SampleRejection, Signal};
+pub use sample::{Measurements, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };

@@ -6,7 +6,9 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, StateQuestion};
+use diagnosis::{
+    Action, Diagnoser, Event, Measurements, PeerFailure, QuestionToken, StateQuestion,
+};
 use vocabulary::ModuleName;
 
 use crate::course::CourseItem;
@@ -47,7 +49,7 @@ struct JointReplay<'a> {
     taken: Vec<usize>,
     times: Vec<u64>,
     timeouts: Vec<usize>,
-    sample: Sample,
+    sample: Measurements,
     asked: Vec<AskedQuestion>,
     /// Questions before this one are all answered.
     open_from: usize,

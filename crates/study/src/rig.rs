@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, QuestionToken,
-    Sample, SetupError, StateQuestion, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch,
+    QuestionToken, SetupError, StateQuestion, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
@@ -148,7 +148,7 @@ pub struct Rig {
     run: RunId,
     setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
-    samples: Vec<Sample>,
+    samples: Vec<Measurements>,
     faults: Vec<TimedFault>,
     occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
@@ -157,7 +157,7 @@ pub struct Rig {
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
-    kept: VecDeque<Vec<Sample>>,
+    kept: VecDeque<Vec<Measurements>>,
     keep: usize,
     identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
@@ -207,7 +207,7 @@ impl Rig {
 
     /// The latest sample of each module, in the order of the plant's modules; none before the first step.
     #[must_use]
-    pub fn samples(&self) -> &[Sample] {
+    pub fn samples(&self) -> &[Measurements] {
         &self.samples
     }
 
@@ -411,10 +411,10 @@ impl StoredMemory {
 }
 
 /// Advances the plant and copies its signals into samples, one for each of its modules.
-pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Sample>) {
+pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Measurements>) {
     let signals = plant.advance();
     if samples.is_empty() {
-        let empty = Sample {
+        let empty = Measurements {
             run,
             step: Step(0),
             demands_n: Vec::new(),

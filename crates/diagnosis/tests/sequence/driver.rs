@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use diagnosis::{
-    Action, Event, GivenOrder, GivenOrderKind, ModuleSetup, OrderToken, PeerFailure, Rule, Sample,
-    StateQuestion, Transition, Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderToken, PeerFailure,
+    Rule, StateQuestion, Transition, Verdict,
 };
 use vocabulary::{Component, RunId, Step};
 
@@ -27,7 +27,7 @@ pub struct Driver {
     root_ratio: f64,
     bench: Bench,
     /// The samples of the present run, as the publisher keeps them.
-    store: Vec<Sample>,
+    store: Vec<Measurements>,
     peers: Vec<Peer>,
     inquiries: Inquiries,
     orders: u64,

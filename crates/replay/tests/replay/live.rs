@@ -6,7 +6,7 @@ use std::path::Path;
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{
-    Action, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, QuestionToken, Sample,
+    Action, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch, QuestionToken,
     StateQuestion,
 };
 use vocabulary::{Message, RunId, Step, StructureName, Taken, Topic, encode, fault::Fault};
@@ -142,8 +142,8 @@ impl Live {
         for _ in 0..steps {
             let signals = self.plant.advance();
             let step = signals.step;
-            let samples: Vec<Sample> = (signals.modules.iter())
-                .map(|module| Sample {
+            let samples: Vec<Measurements> = (signals.modules.iter())
+                .map(|module| Measurements {
                     run: self.run,
                     step,
                     demands_n: module.demands_n.clone(),
@@ -161,8 +161,8 @@ impl Live {
         }
     }
 
-    fn publish_sample(&mut self, place: usize, sample: &Sample) {
-        let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
+    fn publish_sample(&mut self, place: usize, sample: &Measurements) {
+        let Measurements { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
         let module = self.nodes[place].speaker.module.clone();
         let time_unix_ns = self.clock;
         let message = vocabulary::Sample {
@@ -177,7 +177,7 @@ impl Live {
         self.publish(place, Topic::Sample, &message, step.0);
     }
 
-    fn take(&mut self, place: usize, sample: Sample) {
+    fn take(&mut self, place: usize, sample: Measurements) {
         let step = sample.step;
         let before = *self.nodes[place].diagnoser.counters();
         self.handle(place, Event::Sample(sample));

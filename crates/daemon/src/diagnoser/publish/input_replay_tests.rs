@@ -5,8 +5,8 @@ use std::path::Path;
 use diagnosis::divergence::Interval;
 use diagnosis::messages::{Speaker, from_taken, to_memory};
 use diagnosis::{
-    Action, Diagnoser, Event, GivenOrder, GivenOrderKind, ModuleSetup, OrderToken, PeerFailure,
-    Sample, Span, StateAnswer, StateQuestion, Verdict,
+    Action, Diagnoser, Event, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderToken,
+    PeerFailure, Span, StateAnswer, StateQuestion, Verdict,
 };
 use vocabulary::{Input, RunId, Step, Taken};
 
@@ -42,12 +42,12 @@ impl Signals {
         2.0 * f64::from(upper) / f64::from(u32::MAX) - 1.0
     }
 
-    fn sample(&mut self, run: RunId, step: Step) -> Sample {
+    fn sample(&mut self, run: RunId, step: Step) -> Measurements {
         let (actuators, gages) = self.size;
         let pressures = |s: &mut Self| [70e5 + 1.7e4 * s.noise(), 98.6e5 + 1.7e4 * s.noise()];
         let mut elongations: Vec<f64> = (0..gages).map(|_| 1.5e-6 * self.noise()).collect();
         elongations[0] += self.bias_m;
-        Sample {
+        Measurements {
             run,
             step,
             demands_n: vec![-20.0; actuators],
@@ -74,7 +74,7 @@ struct Live {
     diagnoser: Diagnoser,
     numbering: InputNumbering,
     signals: Signals,
-    used: Vec<Sample>,
+    used: Vec<Measurements>,
     inputs: Vec<Vec<u8>>,
     done: Vec<Action>,
     questions: u64,
@@ -183,7 +183,7 @@ impl Live {
                     Taken::Started { remembered, .. } => diagnoser.recall(to_memory(*remembered)),
                     Taken::Rejected { run, step } => {
                         // Whatever it measured.
-                        let blank = Sample { run, step, ..self.used[0].clone() };
+                        let blank = Measurements { run, step, ..self.used[0].clone() };
                         diagnoser.take_sample(&blank, &mut actions);
                     }
                     taken => {
