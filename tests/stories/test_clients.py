@@ -165,7 +165,7 @@ class Bus:
         self.session = session
         self.validators = {name: jsonschema.Draft202012Validator(schema) for name, schema in schemas.items()}
         self.seen, self.wrong, self.lock = collections.Counter(), [], threading.Lock()
-        self.phases, self.stroke_over, self.injected = {}, None, False
+        self.phases, self.run, self.stroke_over, self.injected = {}, None, None, False
         self.travels = [
             (zenoh.KeyExpr(re.sub(r"{\w+}", "*", use["key"])), use["as"], name)
             for name, schema in schemas.items()
@@ -193,6 +193,7 @@ class Bus:
         message = self.check(name, sample.payload)
         if name == "module-status":
             self.phases[message["module"]] = message["phase"]
+            self.run = message["run"]
 
     def ask(self, key, message=None):
         """The replies; these and refusals are checked."""
@@ -230,7 +231,7 @@ class Bus:
             order = {"v": 1, "component": component, "by": "a client"}
             self.ask(f"{module}/command/acknowledge", order)
             self.ask(f"{module}/command/acknowledge", {**order, "component": "sensor/g99"})
-            self.ask(f"{module}/state?from=1&step=2")
+            self.ask(f"{module}/state?run={self.run}&from=1&step=2")
         missing = set(self.validators) - set(self.seen)
         print("not seen yet:", sorted(missing))
         return not missing

@@ -4,8 +4,8 @@ use vocabulary::{Component, RunId, Step};
 
 use crate::diagnoser::Diagnoser;
 use crate::event::{Action, QuestionToken};
-use crate::question::{Answer, Question, Refusal};
-use vocabulary::ActuatorFault;
+use crate::question::Refusal;
+use vocabulary::{ActuatorFault, StateAnswer, StateQuestion};
 
 /// Most questions held at a time.
 const MAX_HELD_QUESTIONS: usize = 1024;
@@ -17,7 +17,7 @@ impl Diagnoser {
     pub(crate) fn take_question(
         &mut self,
         token: QuestionToken,
-        question: Question,
+        question: StateQuestion,
         actions: &mut Vec<Action>,
     ) {
         let refusal = match self.intake.position() {
@@ -63,20 +63,25 @@ impl Diagnoser {
         actions.push(Action::Refuse { token, refusal });
     }
 
-    fn give_answer(&mut self, token: QuestionToken, question: Question, actions: &mut Vec<Action>) {
+    fn give_answer(
+        &mut self,
+        token: QuestionToken,
+        question: StateQuestion,
+        actions: &mut Vec<Action>,
+    ) {
         self.counters.answers_given += 1;
         actions.push(Action::Answer { token, answer: self.answer(question) });
     }
 
     /// Can the question be answered from before a restart?
-    fn was_watching(&self, question: &Question) -> bool {
+    fn was_watching(&self, question: &StateQuestion) -> bool {
         self.intake.recalled_run() == Some(question.run)
             && self.channels.coverage().since(question.as_of).is_some()
     }
 
     /// What this module has to say as of a step that it has processed.
-    fn answer(&self, question: Question) -> Answer {
-        let Question { run, from, as_of, window } = question;
+    fn answer(&self, question: StateQuestion) -> StateAnswer {
+        let StateQuestion { run, from, as_of, window } = question;
         let (isolator, ledger) = (&self.judging.isolator, &self.judging.ledger);
         let faults = ledger.faulty(run).filter(|(_, since)| since.found <= as_of);
         let actuator_faults = faults.filter_map(|(path, since)| match path.component {
@@ -84,7 +89,8 @@ impl Diagnoser {
             Component::Sensor(_) => None,
         });
         let watching_since = self.channels.coverage().since(as_of);
-        Answer {
+        StateAnswer {
+            module: self.module.clone(),
             question,
             watching_since: watching_since.map(|since| since.max(isolator.log.known_from())),
             changes: isolator.changes_as_of(from, as_of).collect(),

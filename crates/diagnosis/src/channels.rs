@@ -9,7 +9,7 @@ use crate::event::Action;
 use crate::monitor::{Monitor, Observation};
 use crate::recent::Recent;
 use crate::residual::ResidualGenerator;
-use crate::sample::{Sample, Signal};
+use crate::sample::{Measurements, Signal};
 use crate::settings::{ModuleSetup, SetupError};
 use crate::shift::Shifts;
 use crate::state::{MeansCollector, MeasuredStep, WindowLength, WindowMeans};
@@ -222,7 +222,7 @@ impl Channels {
     }
 
     /// Takes the next sample.
-    pub(crate) fn observe(&mut self, sample: &Sample) {
+    pub(crate) fn observe(&mut self, sample: &Measurements) {
         self.occurrences.clear();
         self.complete(sample);
         let settled = self.generator.is_settled();
@@ -269,7 +269,7 @@ impl Channels {
     }
 
     /// Takes the sample into the windows, as far as it can be believed.
-    fn measure(&mut self, sample: &Sample, settled: bool) {
+    fn measure(&mut self, sample: &Measurements, settled: bool) {
         let [residuals, forces_n, contents_pa] = &mut self.measured;
         let forces_known = self.validity.force_is_assumed().is_none();
         for (channel, value) in residuals.iter_mut().enumerate() {
@@ -317,9 +317,9 @@ impl Channels {
         windows.latest().filter(|_| *ended)
     }
 
-    /// Replaces what the sample lacks. A channel that has a value again after a while is relearnt; after missing
-    /// pressures all channels are relearnt, because an unknown force has moved the structure.
-    fn complete(&mut self, sample: &Sample) {
+    /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a
+    /// pressure, everything is, for the structure was moved by a force that nobody knows.
+    fn complete(&mut self, sample: &Measurements) {
         let Self { validity, generator, occurrences, bank, monitors, .. } = self;
         for (channel, monitor) in monitors.iter_mut().enumerate() {
             if validity.supply(channel) == Supply::None {

@@ -4,7 +4,7 @@ use vocabulary::{Component, Step};
 
 use crate::diagnoser::Diagnoser;
 use crate::event::Action;
-use crate::order::{Order, OrderRefusal};
+use crate::order::OrderRefusal;
 use crate::state::Condition;
 use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 
@@ -18,10 +18,10 @@ impl Diagnoser {
     /// Why it is refused; nothing changed.
     pub(crate) fn carry_out(
         &mut self,
-        order: Order,
+        component: Component,
+        given: GivenOrder,
         actions: &mut Vec<Action>,
     ) -> Result<u64, OrderRefusal> {
-        let Order { component, given } = order;
         let channel = self.channels.position(&component);
         let channel = channel.ok_or_else(|| OrderRefusal::Unknown(component.clone()))?;
         let verdict = match given.kind {

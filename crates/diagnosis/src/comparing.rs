@@ -13,12 +13,12 @@ use crate::channels::Channels;
 use crate::event::{Action, Handling};
 use crate::judging::Judging;
 use crate::ledger::{Detection, Ledger, is_open};
-use crate::question::{Answer, PeerFailure, Question};
+use crate::question::PeerFailure;
 use crate::settings::ModuleSetup;
 use crate::state::{
     Conclusion, Condition, Departed, Detectors, Reaction, WindowFinding, WindowLength,
 };
-use vocabulary::{Doubt, Evidence, Symptom, Verdict};
+use vocabulary::{Doubt, Evidence, StateAnswer, StateQuestion, Symptom, Verdict};
 
 /// Windows in which one of several suspects has to agree before it is cleared.
 const CLEARED: u32 = 10;
@@ -71,7 +71,7 @@ impl Comparing {
                 Some(Reaction::Ask(peers)) => {
                     let as_of = window.until;
                     let question =
-                        Question { run, from: as_of, as_of, window: Some(window.length) };
+                        StateQuestion { run, from: as_of, as_of, window: Some(window.length) };
                     handling.counters.questions_asked += peers.len() as u64;
                     let asked = peers.into_iter().map(|peer| Action::Ask { peer, question });
                     handling.actions.extend(asked);
@@ -100,7 +100,7 @@ impl Comparing {
     /// Handles a peer's answer; `None` if the peer did not answer.
     pub(crate) fn answered(
         &mut self,
-        (peer, question, answer): (&ModuleName, Question, Option<Answer>),
+        (peer, question, answer): (&ModuleName, StateQuestion, Option<StateAnswer>),
         judging: &mut Judging,
         handling: &mut Handling<'_>,
     ) {

@@ -15,12 +15,11 @@ use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
-use crate::question::{Answer, Question};
-use crate::sample::Sample;
+use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use vocabulary::{Counters, Evidence, PastWatch, Verdict};
+use vocabulary::{Counters, Evidence, PastWatch, StateAnswer, StateQuestion, Verdict};
 
 /// The state that survives a restart. The shell stores it and passes it to
 /// [`Diagnoser::recall`] before the first event.
@@ -37,14 +36,14 @@ pub struct Memory {
 /// The diagnoser of one module.
 #[derive(Debug, Clone)]
 pub struct Diagnoser {
-    module: ModuleName,
+    pub(crate) module: ModuleName,
     peers: Vec<ModuleName>,
     pub(crate) sampling: Sampling,
     pub(crate) intake: Intake,
     pub(crate) channels: Channels,
     pub(crate) judging: Judging,
     /// Peers' questions that wait for their step.
-    pub(crate) held: Vec<(QuestionToken, Question)>,
+    pub(crate) held: Vec<(QuestionToken, StateQuestion)>,
     pub(crate) comparing: Comparing,
     identifying: Identifying,
     freezing: Freezing,
@@ -110,13 +109,13 @@ impl Diagnoser {
             Event::Sample(sample) => return self.take_sample(&sample, actions),
             Event::Asked { token, question } => self.take_question(token, question, actions),
             Event::Withdrawn { token } => self.held.retain(|(held, _)| *held != token),
-            Event::Answered { peer, answer } => self.take_answer(&peer, answer, actions),
+            Event::Answered(answer) => self.take_answer(answer, actions),
             Event::Unanswered { peer, question, .. } => {
                 self.take_silence(&peer, question, actions);
             }
             Event::Returned { peer } => self.take_return(&peer, actions),
-            Event::Ordered { token, order } => {
-                let outcome = match self.carry_out(order, actions) {
+            Event::Ordered { token, component, order } => {
+                let outcome = match self.carry_out(component, order, actions) {
                     Ok(sequence) => Action::Obeyed { token, sequence },
                     Err(refusal) => Action::OrderRefused { token, refusal },
                 };
@@ -132,7 +131,7 @@ impl Diagnoser {
     }
 
     /// Takes a sample without taking ownership of it; otherwise like [`Event::Sample`].
-    pub fn take_sample(&mut self, sample: &Sample, actions: &mut Vec<Action>) {
+    pub fn take_sample(&mut self, sample: &Measurements, actions: &mut Vec<Action>) {
         let before = actions.len();
         match self.intake.admit(sample) {
             Ok(Admission::First { ended }) => self.begin_run(sample.run, ended, actions),
@@ -186,19 +185,24 @@ impl Diagnoser {
         actions.push(self.channels.begin_run());
     }
 
-    fn take_answer(&mut self, peer: &ModuleName, answer: Answer, actions: &mut Vec<Action>) {
+    fn take_answer(&mut self, answer: StateAnswer, actions: &mut Vec<Action>) {
         let Some((run, now)) = self.intake.position() else { return };
         let Self { channels, judging, comparing, counters, .. } = self;
         let mut handling = Handling { run, now, channels, counters, actions };
-        let question = answer.question;
+        let (peer, question) = (answer.module.clone(), answer.question);
         if question.window.is_some() {
-            return comparing.answered((peer, question, Some(answer)), judging, &mut handling);
+            return comparing.answered((&peer, question, Some(answer)), judging, &mut handling);
         }
-        judging.answered(peer, answer, &mut handling);
+        judging.answered(answer, &mut handling);
         judging.judge(&mut handling);
     }
 
-    fn take_silence(&mut self, peer: &ModuleName, question: Question, actions: &mut Vec<Action>) {
+    fn take_silence(
+        &mut self,
+        peer: &ModuleName,
+        question: StateQuestion,
+        actions: &mut Vec<Action>,
+    ) {
         let Some((run, now)) = self.intake.position() else { return };
         let Self { channels, judging, comparing, counters, .. } = self;
         if question.window.is_some() {

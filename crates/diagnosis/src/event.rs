@@ -6,11 +6,11 @@ use vocabulary::{Component, ComponentPath, FrozenSignals, ModuleName, ModulePhas
 use crate::channels::Channels;
 use crate::divergence::Violation;
 use crate::identification::Excerpt;
-use crate::order::{Order, OrderRefusal, OrderToken};
-use crate::question::{Answer, PeerFailure, Question, Refusal};
-use crate::sample::{Sample, SampleRejection, Signal};
+use crate::order::{OrderRefusal, OrderToken};
+use crate::question::{PeerFailure, Refusal};
+use crate::sample::{Measurements, SampleRejection, Signal};
 use crate::verdict::Transition;
-use vocabulary::{Change, Counters, Evidence};
+use vocabulary::{Change, Counters, Evidence, GivenOrder, StateAnswer, StateQuestion};
 
 /// The shell's token of a question it passed in, returned with the answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -20,13 +20,13 @@ pub struct QuestionToken(pub u64);
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
     /// The module's next sample.
-    Sample(Sample),
+    Sample(Measurements),
     /// A peer asks.
     Asked {
         /// To be returned with the answer.
         token: QuestionToken,
         /// What it asks.
-        question: Question,
+        question: StateQuestion,
     },
     /// The asker of a held question no longer waits.
     Withdrawn {
@@ -34,18 +34,13 @@ pub enum Event {
         token: QuestionToken,
     },
     /// A peer answered.
-    Answered {
-        /// The peer.
-        peer: ModuleName,
-        /// Its answer.
-        answer: Answer,
-    },
+    Answered(StateAnswer),
     /// A peer did not answer.
     Unanswered {
         /// The peer.
         peer: ModuleName,
         /// The question.
-        question: Question,
+        question: StateQuestion,
         /// How it failed.
         failure: PeerFailure,
     },
@@ -58,8 +53,10 @@ pub enum Event {
     Ordered {
         /// To be returned with the outcome.
         token: OrderToken,
-        /// What.
-        order: Order,
+        /// The component.
+        component: Component,
+        /// The command, who issued it, why.
+        order: GivenOrder,
     },
 }
 
@@ -132,14 +129,14 @@ pub enum Action {
         /// The peer.
         peer: ModuleName,
         /// The question.
-        question: Question,
+        question: StateQuestion,
     },
     /// Answer a peer's question.
     Answer {
         /// The question's token.
         token: QuestionToken,
         /// The answer.
-        answer: Answer,
+        answer: StateAnswer,
     },
     /// Refuse a peer's question.
     Refuse {

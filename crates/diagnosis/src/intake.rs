@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use vocabulary::{RunId, Step};
 
 use crate::channels::ChannelLayout;
-use crate::sample::{Sample, SampleRejection};
+use crate::sample::{Measurements, SampleRejection};
 use crate::settings::Sampling;
 
 /// How far a single sample may lie ahead of the one before it \[s\].
@@ -79,7 +79,7 @@ impl Intake {
     ///
     /// # Errors
     /// It cannot be used; the position is as before.
-    pub(crate) fn admit(&mut self, sample: &Sample) -> Result<Admission, SampleRejection> {
+    pub(crate) fn admit(&mut self, sample: &Measurements) -> Result<Admission, SampleRejection> {
         sample.check(self.layout.actuators, self.layout.gages)?;
         let admission = match self.position {
             Some((run, last)) if run == sample.run => {

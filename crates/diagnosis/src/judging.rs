@@ -2,16 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use vocabulary::{Component, ModuleName, Step};
+use vocabulary::{Component, Step};
 
 use crate::change::LoggedChange;
 use crate::channels::{Channels, Occurrence};
 use crate::event::{Action, Handling};
 use crate::isolation::{Case, Finding, Isolator, Judgement, Word};
 use crate::ledger::{Detection, Ledger, is_open};
-use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use vocabulary::{Change, Doubt, PastWatch, Symptom, Verdict};
+use vocabulary::{Change, Doubt, PastWatch, StateAnswer, Symptom, Verdict};
 
 /// The open cases of a module and the verdicts on its components.
 #[derive(Debug, Clone)]
@@ -231,14 +230,9 @@ impl Judging {
     }
 
     /// Takes a peer's answer.
-    pub(crate) fn answered(
-        &mut self,
-        peer: &ModuleName,
-        answer: Answer,
-        handling: &mut Handling<'_>,
-    ) {
-        let as_of = answer.question.as_of;
-        match self.isolator.answered(peer, answer, handling.now) {
+    pub(crate) fn answered(&mut self, answer: StateAnswer, handling: &mut Handling<'_>) {
+        let (peer, as_of) = (answer.module.clone(), answer.question.as_of);
+        match self.isolator.answered(answer, handling.now) {
             Ok(words) => {
                 for (case, word) in words {
                     self.take_word(&case, word, as_of, handling);
@@ -246,7 +240,7 @@ impl Judging {
             }
             Err(failure) => {
                 handling.counters.answers_malformed += 1;
-                handling.actions.push(Action::AnswerRejected { peer: peer.clone(), failure });
+                handling.actions.push(Action::AnswerRejected { peer, failure });
             }
         }
     }

@@ -40,14 +40,14 @@ pub use diagnoser::{Diagnoser, Memory};
 pub use event::{Action, Event, QuestionToken};
 pub use isolation::{Explanation, FirstChange, KnownChange, Reason};
 pub use monitor::{Monitor, Observation};
-pub use order::{Order, OrderRefusal, OrderToken};
-pub use question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question, Refusal};
-pub use sample::{Sample, SampleRejection, Signal};
+pub use order::{OrderRefusal, OrderToken};
+pub use question::{MAX_CHANGES_IN_ANSWER, PeerFailure, Refusal};
+pub use sample::{Measurements, SampleRejection, Signal};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };
 pub use verdict::Transition;
 pub use vocabulary::{
     ActuatorFault, Alarm, Change, Counters, Doubt, Evidence, GivenOrder, GivenOrderKind, PastWatch,
-    Shelving, Span, Symptom, Verdict,
+    Shelving, Span, StateAnswer, StateQuestion, Symptom, Verdict,
 };

@@ -3,20 +3,11 @@
 //! The life of a fault: latched → acknowledged (an operator has seen it) → reset (it is repaired). A
 //! reset is refused while the evidence persists, unless forced.
 
-use vocabulary::{Component, GivenOrder};
+use vocabulary::Component;
 
 /// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct OrderToken(pub u64);
-
-/// A command concerning one component.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Order {
-    /// The component.
-    pub component: Component,
-    /// The command, who issued it, why.
-    pub given: GivenOrder,
-}
 
 /// Why a command was refused; nothing changed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]

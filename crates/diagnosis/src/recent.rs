@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use vocabulary::Step;
 
 use crate::channels::ChannelLayout;
-use crate::sample::Sample;
+use crate::sample::Measurements;
 use crate::settings::Sampling;
 
 /// How long single steps are kept \[s\].
@@ -120,7 +120,7 @@ impl Recent {
 
     /// Takes a step: residuals of the cylinders \[N\] and the gages \[m\], and observed forces \[N\], not numbers where they
     /// cannot be used.
-    pub(crate) fn take(&mut self, sample: &Sample, residuals: &[f64], forces_n: &[f64]) {
+    pub(crate) fn take(&mut self, sample: &Measurements, residuals: &[f64], forces_n: &[f64]) {
         self.end_second(sample.step);
         if self.steps.len() == self.most {
             self.steps.pop_front();

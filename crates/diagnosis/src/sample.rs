@@ -2,10 +2,13 @@
 
 use vocabulary::{Counters, RunId, Step};
 
-/// The signals of one module at one step, in the order of its description. A value that is missing is not a
-/// number.
+/// What one module measures at one step, actuators and gages in the order of its description. A value that is missing is
+/// not a number.
+///
+/// It is what a diagnoser uses of a published [`vocabulary::Sample`]: neither the module, which the shell has checked, nor
+/// the publisher's clock, on which no verdict may depend.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sample {
+pub struct Measurements {
     /// The run that the step is counted in.
     pub run: RunId,
     /// The sampling instant.
@@ -69,7 +72,7 @@ impl SampleRejection {
     }
 }
 
-impl Sample {
+impl Measurements {
     /// Checks the lengths against a module of `actuators` actuators and `gages` gages. Values are judged one by
     /// one (see [`crate::validity`]).
     pub(crate) fn check(&self, actuators: usize, gages: usize) -> Result<(), SampleRejection> {

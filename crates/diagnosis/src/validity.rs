@@ -9,7 +9,7 @@
 use vocabulary::Step;
 
 use crate::channels::ChannelLayout;
-use crate::sample::{Sample, Signal};
+use crate::sample::{Measurements, Signal};
 use crate::settings::{ModuleSetup, Sampling};
 
 /// Time without a value after which a signal is lost \[s\].
@@ -52,7 +52,7 @@ impl Plausible {
         }
     }
 
-    fn has(&self, sample: &Sample, signal: Signal) -> bool {
+    fn has(&self, sample: &Measurements, signal: Signal) -> bool {
         // What is not a number is in no range.
         let within = |value: f64, most: f64| value.abs() <= most;
         match signal {
@@ -145,7 +145,7 @@ pub(crate) struct Validity {
     longest_held: u64,
     limits: Limits,
     /// The present sample with every value that it lacks replaced.
-    completed: Option<Sample>,
+    completed: Option<Measurements>,
     /// A pressure is back that the models had gone on without.
     pressure_is_back: bool,
 }
@@ -183,7 +183,7 @@ impl Validity {
     /// has reached. `lost` is called with the channel, the signal and its first missing step when a signal is lost.
     pub(crate) fn take(
         &mut self,
-        sample: &Sample,
+        sample: &Measurements,
         expected: impl Fn(usize) -> [f64; 2],
         mut lost: impl FnMut(usize, Signal, Step),
     ) {
@@ -218,7 +218,7 @@ impl Validity {
     }
 
     /// The present sample with every value that it lacks replaced.
-    pub(crate) fn completed(&self) -> Option<&Sample> {
+    pub(crate) fn completed(&self) -> Option<&Measurements> {
         self.completed.as_ref()
     }
 
@@ -276,8 +276,8 @@ impl Validity {
 }
 
 /// Stands in for values that never came.
-fn at_rest(sample: &Sample) -> Sample {
-    Sample {
+fn at_rest(sample: &Measurements) -> Measurements {
+    Measurements {
         run: sample.run,
         step: sample.step,
         demands_n: vec![0.0; sample.demands_n.len()],

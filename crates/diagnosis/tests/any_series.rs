@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 use crate::fixture::{self, Bench, WARM_UP, setup};
 use diagnosis::identification::{Excerpt, identify};
 use diagnosis::state::{Reference, Snippet, WindowLength, commission};
-use diagnosis::{Action, Diagnoser, Event, ModuleSetup, Rule, Sample};
+use diagnosis::{Action, Diagnoser, Event, Measurements, ModuleSetup, Rule};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -131,9 +131,9 @@ fn story() -> impl Strategy<Value = Story> {
 
 impl Story {
     /// The samples, the usual readings replaced.
-    fn samples(&self, usual: &mut fixture::RestingSignals, count: u64) -> Vec<Sample> {
+    fn samples(&self, usual: &mut fixture::RestingSignals, count: u64) -> Vec<Measurements> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        let mut before: Option<Sample> = None;
+        let mut before: Option<Measurements> = None;
         let mut all = Vec::new();
         for step in 0..count {
             let mut sample = usual.sample();

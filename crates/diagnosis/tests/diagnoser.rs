@@ -2,8 +2,8 @@
 
 use crate::fixture::{Bench, EFFECTS, HOLD, INTERVAL, WARM_UP, name, setup, unchanged_since};
 use diagnosis::{
-    Action, ActuatorFault, Alarm, Answer, Change, Doubt, Event, PeerFailure, Question,
-    QuestionToken, Refusal, Rule, SampleRejection, Verdict,
+    Action, ActuatorFault, Alarm, Change, Doubt, Event, PeerFailure, QuestionToken, Refusal, Rule,
+    SampleRejection, StateAnswer, StateQuestion, Verdict,
 };
 use vocabulary::ModulePhase;
 use vocabulary::{RunId, Step};
@@ -13,7 +13,7 @@ const BIAS_M: f64 = 50e-6;
 const SMALL_BIAS_M: f64 = 14e-6;
 const ROOT_M: f64 = 500e-6;
 
-fn answer(question: Question, changes: Vec<Change>) -> Event {
+fn answer(question: StateQuestion, changes: Vec<Change>) -> Event {
     // It raises the alarm for what has changed.
     let alarm = |change: &Change| Alarm {
         component: change.component.clone(),
@@ -21,8 +21,8 @@ fn answer(question: Question, changes: Vec<Change>) -> Event {
         faulty: false,
     };
     let alarms = changes.iter().map(alarm).collect();
-    let answer = Answer { changes, alarms, ..unchanged_since(Step(WARM_UP), question) };
-    Event::Answered { peer: name("upper"), answer }
+    let answer = StateAnswer { changes, alarms, ..unchanged_since(Step(WARM_UP), question) };
+    Event::Answered(answer)
 }
 
 fn change(component: &str, step: Step, ratio: f64) -> Change {
@@ -31,7 +31,7 @@ fn change(component: &str, step: Step, ratio: f64) -> Change {
 }
 
 /// A bias in gage g1, held for as long as the judgement takes; returns the question asked.
-fn biased() -> (Bench, Question) {
+fn biased() -> (Bench, StateQuestion) {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
@@ -178,15 +178,15 @@ fn too_many_open_changes_are_counted_and_the_first_is_kept() {
 /// Nobody's fault has an effect of that size, so nobody has to be asked.
 #[test]
 fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
-    let ignorant = |question: Question| {
+    let ignorant = |question: StateQuestion| {
         let answer = unchanged_since(question.as_of, question);
-        Event::Answered { peer: name("upper"), answer }
+        Event::Answered(answer)
     };
     let refusing = |question| {
         let failure = PeerFailure::Refused("not now".into());
         Event::Unanswered { peer: name("upper"), question, failure }
     };
-    let replies: [&dyn Fn(Question) -> Event; 2] = [&ignorant, &refusing];
+    let replies: [&dyn Fn(StateQuestion) -> Event; 2] = [&ignorant, &refusing];
     for reply in replies {
         let mut bench = Bench::in_service("lower", Rule::FirstChange);
         bench.signals.gage_offsets[0] = 10.0 * BIAS_M;
@@ -203,7 +203,7 @@ fn a_jump_is_latched_though_a_peer_is_silent_or_was_not_watching() {
 fn a_peer_that_was_not_watching_cannot_clear_anybody() {
     let (mut bench, question) = biased();
     let ignorant = unchanged_since(question.as_of, question);
-    bench.give(Event::Answered { peer: name("upper"), answer: ignorant });
+    bench.give(Event::Answered(ignorant));
     assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     assert_eq!(bench.latched(), [""; 0]);
 }
@@ -263,12 +263,12 @@ fn by_the_paper_a_peers_actuator_fault_explains_a_sensor_and_a_peers_sensor_does
         bench.run(HOLD + 1);
         let question = bench.questions()[0].1;
         let fault = ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(350) };
-        let answer = Answer {
+        let answer = StateAnswer {
             changes: vec![change("sensor/g1", question.as_of.minus(10), 9.0)],
             actuator_faults: if faulty { vec![fault] } else { Vec::new() },
             ..unchanged_since(Step(WARM_UP), question)
         };
-        bench.give(Event::Answered { peer: name("upper"), answer });
+        bench.give(Event::Answered(answer));
         assert_eq!(bench.latched(), latched);
     }
 }
@@ -278,7 +278,7 @@ fn a_question_is_answered_as_of_its_step_and_not_before() {
     let (mut bench, _) = biased();
     let token = QuestionToken(7);
     let question =
-        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
+        StateQuestion { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
     bench.actions.clear();
     bench.give(Event::Asked { token, question });
     bench.run(4);
@@ -299,7 +299,7 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
     let at = bench.now().minus(4);
     let ask = |bench: &mut Bench, token| {
         bench.actions.clear();
-        let question = Question { run: RunId(1), from: Step(0), as_of: at, window: None };
+        let question = StateQuestion { run: RunId(1), from: Step(0), as_of: at, window: None };
         bench.give(Event::Asked { token: QuestionToken(token), question });
         let Action::Answer { answer, .. } = &bench.actions[0] else { panic!() };
         answer.clone()
@@ -313,16 +313,16 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
 fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
     let mut bench = Bench::new("lower", Rule::FirstChange);
     let token = QuestionToken(1);
-    let question = Question { run: RunId(1), from: Step(0), as_of: Step(10), window: None };
+    let question = StateQuestion { run: RunId(1), from: Step(0), as_of: Step(10), window: None };
     bench.give(Event::Asked { token, question });
     assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal: Refusal::NoSample }));
     bench.run(20);
     bench.actions.clear();
-    let other = Question { run: RunId(2), ..question };
+    let other = StateQuestion { run: RunId(2), ..question };
     bench.give(Event::Asked { token, question: other });
     let refusal = Refusal::OtherRun { asked: RunId(2), present: RunId(1) };
     assert_eq!(bench.actions.pop(), Some(Action::Refuse { token, refusal }));
-    let far = Question { as_of: Step(u64::MAX), ..question };
+    let far = StateQuestion { as_of: Step(u64::MAX), ..question };
     bench.give(Event::Asked { token, question: far });
     assert!(matches!(
         bench.actions.pop(),
@@ -336,7 +336,7 @@ fn a_withdrawn_question_is_not_answered() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let token = QuestionToken(1);
     let question =
-        Question { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
+        StateQuestion { run: RunId(1), from: Step(0), as_of: bench.now().plus(5), window: None };
     bench.give(Event::Asked { token, question });
     bench.give(Event::Withdrawn { token });
     bench.run(10);
@@ -348,7 +348,7 @@ fn a_flood_of_questions_is_bounded() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     let as_of = bench.now().plus(5);
     for token in 0..5000 {
-        let question = Question { run: RunId(1), from: Step(0), as_of, window: None };
+        let question = StateQuestion { run: RunId(1), from: Step(0), as_of, window: None };
         bench.give(Event::Asked { token: QuestionToken(token), question });
     }
     assert!(bench.diagnoser.waiting_questions() <= 1024);
@@ -490,30 +490,32 @@ fn late_samples_among_those_of_the_run_begin_nothing() {
 
 #[test]
 fn answers_that_do_not_fit_are_counted_and_ignored() {
-    let lies = |question: Question| {
+    let lies = |question: StateQuestion| {
         let honest = unchanged_since(Step(WARM_UP), question);
-        let with = |changes| Answer { changes, ..honest.clone() };
+        let with = |changes| StateAnswer { changes, ..honest.clone() };
         let fault = |step| ActuatorFault { actuator: "a1".parse().unwrap(), step };
         vec![
-            Answer { question: Question { as_of: Step(1), ..question }, ..honest.clone() },
+            StateAnswer {
+                question: StateQuestion { as_of: Step(1), ..question },
+                ..honest.clone()
+            },
             with(vec![change("actuator/a1", question.as_of.plus(1), 5.0)]),
             with(vec![change("actuator/a1", question.as_of, f64::NAN)]),
             with(vec![change("actuator/a1", question.as_of, 0.5)]),
             with(vec![change("actuator/a1", question.as_of, 5.0); 5000]),
-            Answer { actuator_faults: vec![fault(question.as_of.plus(1))], ..honest.clone() },
+            StateAnswer { actuator_faults: vec![fault(question.as_of.plus(1))], ..honest.clone() },
         ]
     };
     for lie in 0..6 {
         let (mut bench, question) = biased();
         let answer = lies(question).swap_remove(lie);
-        bench.give(Event::Answered { peer: name("upper"), answer });
+        bench.give(Event::Answered(answer));
         assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
         assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     }
     let (mut bench, question) = biased();
-    let answer = unchanged_since(Step(0), question);
-    let impostor = Event::Answered { peer: name("impostor"), answer };
-    bench.give(impostor);
+    let answer = StateAnswer { module: name("impostor"), ..unchanged_since(Step(0), question) };
+    bench.give(Event::Answered(answer));
     assert_eq!(bench.diagnoser.counters().answers_malformed, 1);
     assert_eq!(bench.story("sensor/g1"), ["tentative"]);
 }

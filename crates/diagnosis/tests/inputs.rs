@@ -4,8 +4,8 @@
 use diagnosis::messages::{Speaker, from_taken, to_memory, to_taken};
 use diagnosis::state::{CylinderMeans, GageMeans, WindowLength, WindowMeans};
 use diagnosis::{
-    ActuatorFault, Alarm, Answer, Change, Event, Evidence, GivenOrder, GivenOrderKind, Memory,
-    Order, OrderToken, PastWatch, PeerFailure, Question, Shelving, Span, Symptom, Transition,
+    ActuatorFault, Alarm, Change, Event, Evidence, GivenOrder, GivenOrderKind, Memory, OrderToken,
+    PastWatch, PeerFailure, Shelving, Span, StateAnswer, StateQuestion, Symptom, Transition,
     Verdict,
 };
 use proptest::collection::vec;
@@ -33,8 +33,8 @@ fn length() -> impl Strategy<Value = Option<WindowLength>> {
     option::of(proptest::sample::select(WindowLength::ALL.to_vec()))
 }
 
-fn question() -> impl Strategy<Value = Question> {
-    (any::<u64>(), step(), step(), length()).prop_map(|(run, from, as_of, window)| Question {
+fn question() -> impl Strategy<Value = StateQuestion> {
+    (any::<u64>(), step(), step(), length()).prop_map(|(run, from, as_of, window)| StateQuestion {
         run: RunId(run),
         from,
         as_of,
@@ -75,33 +75,36 @@ fn cylinder() -> impl Strategy<Value = Option<CylinderMeans>> {
     })
 }
 
-fn answer() -> impl Strategy<Value = Answer> {
+fn answer() -> impl Strategy<Value = StateAnswer> {
     let alarm = (component(), step(), any::<bool>());
     let alarm = alarm.prop_map(|(component, step, faulty)| Alarm { component, step, faulty });
     let fault = ("[a-z][0-9]", step());
     let fault = fault
         .prop_map(|(actuator, step)| ActuatorFault { actuator: actuator.parse().unwrap(), step });
     (
-        question(),
+        (module(), question()),
         option::of(step()),
         vec(change(), 0..3),
         vec(fault, 0..3),
         vec(alarm, 0..3),
         option::of((vec(gage(), 0..3), vec(cylinder(), 0..3))),
     )
-        .prop_map(|(question, watching_since, changes, actuator_faults, alarms, means)| {
-            Answer {
-                question,
-                watching_since,
-                changes,
-                actuator_faults,
-                alarms,
-                // What was not asked for is not answered.
-                window: question.window.zip(means).map(|(length, (gages, cylinders))| {
-                    WindowMeans { length, until: question.as_of, gages, cylinders }
-                }),
-            }
-        })
+        .prop_map(
+            |((module, question), watching_since, changes, actuator_faults, alarms, means)| {
+                StateAnswer {
+                    module,
+                    question,
+                    watching_since,
+                    changes,
+                    actuator_faults,
+                    alarms,
+                    // What was not asked for is not answered.
+                    window: question.window.zip(means).map(|(length, (gages, cylinders))| {
+                        WindowMeans { length, until: question.as_of, gages, cylinders }
+                    }),
+                }
+            },
+        )
 }
 
 fn span() -> impl Strategy<Value = Span> {
@@ -143,14 +146,14 @@ fn shelving() -> impl Strategy<Value = Option<Box<Shelving>>> {
 
 fn event() -> impl Strategy<Value = Event> {
     prop_oneof![
-        (module(), answer()).prop_map(|(peer, answer)| Event::Answered { peer, answer }),
+        answer().prop_map(Event::Answered),
         // In other words, but it went unanswered.
         (module(), question(), any::<String>()).prop_map(|(peer, question, reason)| {
             Event::Unanswered { peer, question, failure: PeerFailure::Refused(reason) }
         }),
         module().prop_map(|peer| Event::Returned { peer }),
-        (component(), given()).prop_map(|(component, given)| {
-            Event::Ordered { token: OrderToken(0), order: Order { component, given } }
+        (component(), given()).prop_map(|(component, order)| {
+            Event::Ordered { token: OrderToken(0), component, order }
         }),
     ]
 }
@@ -184,7 +187,7 @@ fn without_reason(event: Event) -> Event {
 proptest! {
     #[test]
     fn an_event_comes_back(event in event()) {
-        let taken = to_taken(&event, &"tower".parse().unwrap()).unwrap();
+        let taken = to_taken(&event).unwrap();
         let found = from_taken(back(taken)).unwrap();
         prop_assert_eq!(without_reason(found), without_reason(event));
     }

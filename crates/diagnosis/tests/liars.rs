@@ -2,7 +2,7 @@
 
 use crate::fixture::{Bench, HOLD, WARM_UP, name};
 use diagnosis::{
-    Action, Alarm, Answer, Change, Doubt, Event, PeerFailure, Question, Rule, Verdict,
+    Action, Alarm, Change, Doubt, Event, PeerFailure, Rule, StateAnswer, StateQuestion, Verdict,
 };
 use vocabulary::Step;
 
@@ -19,16 +19,23 @@ struct Said {
 
 impl Said {
     /// As of the question's step.
-    fn answer(&self, question: Question) -> Event {
+    fn answer(&self, question: StateQuestion) -> Event {
         let asked = |change: &&Change| {
             change.step <= question.as_of && change.until.is_none_or(|until| until >= question.from)
         };
         let changes = self.changes.iter().filter(asked).cloned().collect();
         let watching_since = self.watching_since.or(Some(Step(WARM_UP)));
         let (actuator_faults, alarms) = (Vec::new(), self.alarms.clone());
-        let answer =
-            Answer { question, watching_since, changes, actuator_faults, alarms, window: None };
-        Event::Answered { peer: name("upper"), answer }
+        let (module, window) = (name("upper"), None);
+        Event::Answered(StateAnswer {
+            module,
+            question,
+            watching_since,
+            changes,
+            actuator_faults,
+            alarms,
+            window,
+        })
     }
 }
 

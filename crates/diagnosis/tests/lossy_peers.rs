@@ -74,9 +74,8 @@ impl Network {
                 Some((of(&peer), Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                let peer = name(&format!("m{place}"));
                 let asker = self.asked[usize::try_from(token.0).unwrap()];
-                Some((asker, Event::Answered { peer, answer }))
+                Some((asker, Event::Answered(answer)))
             }
             _ => None,
         }

@@ -2,8 +2,8 @@
 
 use crate::fixture::{Bench, HOLD, INTERVAL, WARM_UP};
 use diagnosis::{
-    Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Question,
-    QuestionToken, Rule, Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, OrderRefusal, OrderToken, QuestionToken, Rule,
+    StateQuestion, Verdict,
 };
 use vocabulary::ModulePhase;
 use vocabulary::{RunId, Step};
@@ -26,14 +26,14 @@ fn give(bench: &mut Bench, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
 }
 
 fn give_to(bench: &mut Bench, component: &str, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
-    let given = GivenOrder {
+    let order = GivenOrder {
         kind,
         by: "ada".into(),
         on_behalf_of: None,
         note: Some("looked at it".into()),
     };
-    let order = Order { component: component.parse().unwrap(), given };
-    bench.give(Event::Ordered { token: OrderToken(7), order });
+    let component = component.parse().unwrap();
+    bench.give(Event::Ordered { token: OrderToken(7), component, order });
     match bench.actions.last().unwrap() {
         Action::Obeyed { token: OrderToken(7), sequence } => Ok(*sequence),
         Action::OrderRefused { token: OrderToken(7), refusal } => Err(refusal.clone()),
@@ -161,7 +161,7 @@ fn faulty_actuator() -> (Bench, Step) {
 
 /// The steps of the changes of actuators that a peer receives as of a step.
 fn reported(bench: &mut Bench, as_of: Step) -> Vec<Step> {
-    let question = Question { run: bench.signals.run, from: Step(0), as_of, window: None };
+    let question = StateQuestion { run: bench.signals.run, from: Step(0), as_of, window: None };
     bench.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = bench.actions.pop().unwrap() else { panic!() };
     answer.actuator_faults.iter().map(|fault| fault.step).collect()

@@ -4,7 +4,9 @@
 use std::collections::VecDeque;
 
 use crate::fixture;
-use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Rule, Sample, Verdict};
+use diagnosis::{
+    Action, Diagnoser, Event, Measurements, PeerFailure, QuestionToken, Rule, Verdict,
+};
 use vocabulary::{ModuleName, RunId, Step};
 
 const RECORDING: &str = include_str!("data/recorded_run.csv");
@@ -40,8 +42,8 @@ impl Replay {
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                let (asker, peer) = self.asked[usize::try_from(token.0).unwrap()].clone();
-                Some((asker, Event::Answered { peer, answer }))
+                let asker = self.asked[usize::try_from(token.0).unwrap()].0;
+                Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
                 let (asker, peer) = self.asked[usize::try_from(token.0).unwrap()].clone();
@@ -71,13 +73,13 @@ impl Replay {
     }
 }
 
-fn sample(diagnoser: &Diagnoser, actuators: usize, row: &[&str]) -> Sample {
+fn sample(diagnoser: &Diagnoser, actuators: usize, row: &[&str]) -> Measurements {
     let [step, module, numbers @ ..] = row else { panic!("a row of {} cells", row.len()) };
     assert_eq!(*module, diagnoser.module().as_str());
     let numbers: Vec<f64> = numbers.iter().map(|number| number.parse().unwrap()).collect();
     let (demands, rest) = numbers.split_at(actuators);
     let (pressures, elongations) = rest.split_at(2 * actuators);
-    Sample {
+    Measurements {
         run: RunId(1),
         step: Step(step.parse().unwrap()),
         demands_n: demands.to_vec(),

@@ -2,7 +2,7 @@
 
 use crate::fixture::{Bench, HOLD, WARM_UP, name, quiet};
 use diagnosis::{
-    Action, Doubt, Event, PeerFailure, Question, QuestionToken, Refusal, Rule, Verdict,
+    Action, Doubt, Event, PeerFailure, QuestionToken, Refusal, Rule, StateQuestion, Verdict,
 };
 use vocabulary::ModulePhase;
 use vocabulary::{RunId, Step};
@@ -10,7 +10,7 @@ use vocabulary::{RunId, Step};
 const BIAS_M: f64 = 50e-6;
 
 /// A bias in gage g1 whose question is under way.
-fn open_question() -> (Bench, Question) {
+fn open_question() -> (Bench, StateQuestion) {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
@@ -87,7 +87,7 @@ fn peers_are_answered_from_before_the_restart_and_refused_what_is_not_known() {
     let last = bench.now();
     let mut again = bench.restarted();
     let mut ask = |run, as_of| {
-        let question = Question { run: RunId(run), from: Step(0), as_of, window: None };
+        let question = StateQuestion { run: RunId(run), from: Step(0), as_of, window: None };
         again.give(Event::Asked { token: QuestionToken(1), question });
         again.actions.pop().unwrap()
     };
@@ -100,7 +100,8 @@ fn peers_are_answered_from_before_the_restart_and_refused_what_is_not_known() {
     assert_eq!(refusal, Refusal::NoSample);
     again.signals.step = last.plus(500);
     again.run(WARM_UP + 100);
-    let question = Question { run: RunId(1), from: Step(0), as_of: last.plus(10), window: None };
+    let question =
+        StateQuestion { run: RunId(1), from: Step(0), as_of: last.plus(10), window: None };
     again.give(Event::Asked { token: QuestionToken(1), question });
     let Action::Answer { answer, .. } = again.actions.pop().unwrap() else { panic!() };
     assert_eq!(answer.watching_since, None, "nothing was watched then");
@@ -127,7 +128,8 @@ fn a_fault_of_before_the_publisher_began_again_with_the_same_run_raises_its_alar
     bench.run(WARM_UP + 80);
     assert!(bench.now() < found);
     let alarms = |bench: &mut Bench| {
-        let question = Question { run: RunId(1), from: Step(0), as_of: bench.now(), window: None };
+        let question =
+            StateQuestion { run: RunId(1), from: Step(0), as_of: bench.now(), window: None };
         bench.give(Event::Asked { token: QuestionToken(1), question });
         let Some(Action::Answer { answer, .. }) = bench.actions.pop() else { panic!() };
         let alarms = answer.alarms.into_iter();

@@ -2,8 +2,8 @@
 
 use crate::fixture::{Bench, HOLD};
 use diagnosis::{
-    Action, Event, GivenOrder, GivenOrderKind, Order, OrderRefusal, OrderToken, Rule, Span,
-    Transition, Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, OrderRefusal, OrderToken, Rule, Span, Transition,
+    Verdict,
 };
 use proptest::prelude::*;
 use vocabulary::{RunId, Step};
@@ -13,18 +13,18 @@ const SPAN: Span = Span { since_unix_ns: 1_000, until_unix_ns: 5_000 };
 const LATER: Span = Span { since_unix_ns: 2_000, until_unix_ns: 9_000 };
 
 fn give(bench: &mut Bench, kind: GivenOrderKind) -> Result<Transition, OrderRefusal> {
-    let given = GivenOrder {
+    let order = GivenOrder {
         kind,
         by: "web".into(),
         on_behalf_of: Some("ada".into()),
         note: Some("painting".into()),
     };
-    let order = Order { component: "sensor/g1".parse().unwrap(), given: given.clone() };
-    bench.give(Event::Ordered { token: OrderToken(7), order });
+    let (token, component) = (OrderToken(7), "sensor/g1".parse().unwrap());
+    bench.give(Event::Ordered { token, component, order: order.clone() });
     match &bench.actions[bench.actions.len().saturating_sub(2)..] {
         [.., Action::OrderRefused { refusal, .. }] => Err(refusal.clone()),
         [Action::Publish(transition), Action::Obeyed { sequence, .. }] => {
-            assert_eq!((transition.sequence, &transition.order), (*sequence, &Some(given)));
+            assert_eq!((transition.sequence, &transition.order), (*sequence, &Some(order)));
             Ok(transition.clone())
         }
         other => panic!("{other:?}"),

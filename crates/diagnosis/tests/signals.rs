@@ -1,7 +1,7 @@
 //! A broken wire costs one channel: the others go on, and what rests on it says so.
 
 use crate::fixture::{Bench, WARM_UP};
-use diagnosis::{Action, Doubt, Event, Rule, Sample, Signal, Symptom, Verdict};
+use diagnosis::{Action, Doubt, Event, Measurements, Rule, Signal, Symptom, Verdict};
 use vocabulary::Step;
 
 const BIAS_M: f64 = 4e-5;
@@ -9,7 +9,7 @@ const BIAS_M: f64 = 4e-5;
 const LOST: u64 = 50;
 
 /// Runs with samples that `spoil` has had its way with.
-fn run_spoilt(bench: &mut Bench, steps: u64, spoil: impl Fn(u64, &mut Sample)) {
+fn run_spoilt(bench: &mut Bench, steps: u64, spoil: impl Fn(u64, &mut Measurements)) {
     for count in 0..steps {
         let mut sample = bench.signals.sample();
         spoil(count, &mut sample);
@@ -17,11 +17,11 @@ fn run_spoilt(bench: &mut Bench, steps: u64, spoil: impl Fn(u64, &mut Sample)) {
     }
 }
 
-fn no_elongation(_: u64, sample: &mut Sample) {
+fn no_elongation(_: u64, sample: &mut Measurements) {
     sample.elongations_m[1] = f64::NAN;
 }
 
-fn no_pressure(_: u64, sample: &mut Sample) {
+fn no_pressure(_: u64, sample: &mut Measurements) {
     sample.pressures_pa[0][1] = f64::NAN;
 }
 
@@ -63,7 +63,7 @@ fn the_other_channels_go_on_and_their_faults_are_named() {
 
 #[test]
 fn what_no_gage_and_no_pressure_can_read_is_no_value() {
-    type Spoil = fn(&mut Sample);
+    type Spoil = fn(&mut Measurements);
     let spoilers: [(&str, Spoil); 4] = [
         ("sensor/g1", |sample| sample.elongations_m[0] = 1e300),
         ("sensor/g1", |sample| sample.elongations_m[0] = f64::INFINITY),

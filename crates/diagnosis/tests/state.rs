@@ -3,14 +3,14 @@
 
 use std::sync::{Arc, LazyLock};
 
-use crate::fixture::{self, Bench, quiet, setup};
+use crate::fixture::{self, Bench, quiet, setup, unchanged_since};
 use diagnosis::state::{
     Condition, CylinderMeans, GageMeans, Gaussian, Reference, ReferenceProblem, Snippet,
     WindowLength, WindowMeans, commission,
 };
 use diagnosis::{
-    Action, Answer, Diagnoser, Doubt, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order,
-    OrderRefusal, OrderToken, PeerFailure, Question, Rule, SetupError, Symptom, Verdict,
+    Action, Diagnoser, Doubt, Event, GivenOrder, GivenOrderKind, ModuleSetup, OrderRefusal,
+    OrderToken, PeerFailure, Rule, SetupError, StateAnswer, StateQuestion, Symptom, Verdict,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -65,9 +65,9 @@ fn condition(bench: &Bench, component: &str) -> Condition {
 }
 
 fn order(bench: &mut Bench, kind: GivenOrderKind) -> Result<u64, OrderRefusal> {
-    let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
-    let order = Order { component: "sensor/g1".parse().unwrap(), given };
-    bench.give(Event::Ordered { token: OrderToken(7), order });
+    let order = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
+    let component = "sensor/g1".parse().unwrap();
+    bench.give(Event::Ordered { token: OrderToken(7), component, order });
     match bench.actions.last().unwrap() {
         Action::Obeyed { sequence, .. } => Ok(*sequence),
         Action::OrderRefused { refusal, .. } => Err(refusal.clone()),
@@ -286,15 +286,8 @@ fn with_reference(reference: Reference) -> Bench {
 }
 
 /// An answer with such a window of the peer.
-fn answer(question: Question, window: WindowMeans) -> Answer {
-    Answer {
-        question,
-        watching_since: Some(Step(0)),
-        changes: Vec::new(),
-        actuator_faults: Vec::new(),
-        alarms: Vec::new(),
-        window: Some(window),
-    }
+fn answer(question: StateQuestion, window: WindowMeans) -> Event {
+    Event::Answered(StateAnswer { window: Some(window), ..unchanged_since(Step(0), question) })
 }
 
 #[test]
@@ -324,25 +317,36 @@ fn peers_are_asked_only_when_something_may_be_wrong_and_a_silent_one_stops_nothi
 fn a_window_that_does_not_fit_counts_as_none_and_is_counted() {
     let mut bench = with_peer();
     bench.signals.gage_offsets[0] = BIAS_M;
-    let mut rejected = 0;
+    let reference = reference_with_peer();
+    let (gages, cylinders) = (reference.gages.len() / 2, reference.forces.len() / 2);
+    let gage = GageMeans { residual_m: f64::MAX, scatter_m2: 0.0, swing_m2: 0.0 };
+    let (mut asked, mut rejected) = (0, 0);
     while bench.signals.step.0 < SETTLED + 3000 {
         bench.run(1);
-        for (peer, question) in bench.questions() {
+        for (_, question) in bench.questions() {
             bench.actions.clear();
-            let gage = GageMeans { residual_m: f64::MAX, scatter_m2: 0.0, swing_m2: 0.0 };
+            let length = question.window.unwrap();
             let window = WindowMeans {
-                length: question.window.unwrap(),
+                length,
                 until: question.as_of,
-                gages: vec![Some(gage); 99],
-                cylinders: vec![],
+                gages: vec![Some(gage); gages],
+                cylinders: vec![None; cylinders],
             };
-            bench.give(Event::Answered { peer, answer: answer(question, window) });
+            let other = WindowLength::ALL.into_iter().find(|other| *other != length).unwrap();
+            let lies = [
+                WindowMeans { gages: vec![Some(gage); 99], ..window.clone() },
+                WindowMeans { until: question.as_of.minus(1), ..window.clone() },
+                WindowMeans { length: other, ..window },
+            ];
+            bench.give(answer(question, lies[asked % lies.len()].clone()));
+            asked += 1;
             let is_rejection = |action: &&Action| matches!(action, Action::AnswerRejected { .. });
-            rejected += bench.actions.iter().filter(is_rejection).count() as u64;
+            rejected += bench.actions.iter().filter(is_rejection).count();
         }
     }
-    assert!(rejected > 1);
-    assert_eq!(bench.diagnoser.counters().answers_malformed, rejected);
+    assert!(asked > 2);
+    assert_eq!(rejected, asked);
+    assert_eq!(bench.diagnoser.counters().answers_malformed, asked as u64);
     assert_eq!(bench.latched(), ["sensor/g1"], "what it measures itself is enough");
 }
 
@@ -361,7 +365,7 @@ fn what_only_a_peer_can_tell_is_found_and_does_not_pass_for_healthy() {
         bench.signals.gage_offsets[0] = bias_m;
         while bench.signals.step.0 < SETTLED + 8000 {
             bench.run(1);
-            for (peer, question) in bench.questions() {
+            for (_, question) in bench.questions() {
                 bench.actions.retain(|action| !matches!(action, Action::Ask { .. }));
                 let gage = |residual_m: &f64| {
                     Some(GageMeans { residual_m: *residual_m, scatter_m2: 0.0, swing_m2: 0.0 })
@@ -378,7 +382,7 @@ fn what_only_a_peer_can_tell_is_found_and_does_not_pass_for_healthy() {
                     gages: gages.iter().map(gage).collect(),
                     cylinders: forces.iter().map(force).collect(),
                 };
-                bench.give(Event::Answered { peer, answer: answer(question, window) });
+                bench.give(answer(question, window));
             }
         }
         bench

@@ -192,7 +192,7 @@ impl PublisherArbiter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use diagnosis::Sample;
+    use diagnosis::Measurements;
     use vocabulary::Step;
 
     const HOLD: Duration = Duration::from_millis(200);
@@ -225,7 +225,7 @@ mod tests {
         /// The steps used when a sample of this run comes at this time.
         fn take(&mut self, at_ms: u64, run: u64, step: u64) -> Vec<u64> {
             let run = RunId(run);
-            let sample = Sample {
+            let sample = Measurements {
                 run,
                 step: Step(step),
                 demands_n: vec![],

@@ -56,7 +56,7 @@ impl InputNumbering {
             run: diagnoser.run(),
             step: diagnoser.last_step(),
         };
-        to_taken(event, &self.speaker.structure).map(|taken| self.enter(taken, now_unix_ns))
+        to_taken(event).map(|taken| self.enter(taken, now_unix_ns))
     }
 
     /// The input for an action on the latest sample: it starts a run, earlier ones are missing, or it was rejected but

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use diagnosis::Sample;
+use diagnosis::Measurements;
 use vocabulary::{
     RunId, SampleQuestion, Step,
     delivery::{Due, GapFiller},
@@ -17,8 +17,8 @@ use vocabulary::{
 #[derive(Debug, Clone)]
 pub struct ReceivedSample {
     /// The sample.
-    pub sample: Sample,
-    /// The time of publishing by the publisher's clock \[ns since 1970\].
+    pub sample: Measurements,
+    /// When it was published, by the publisher's clock \[ns since 1970\].
     pub time_unix_ns: u64,
     /// The time of arrival.
     pub received: Instant,
@@ -50,7 +50,7 @@ impl ReceivedSample {
         cut(&mut demands_n, size.actuators);
         cut(&mut pressures_pa, size.actuators);
         cut(&mut elongations_m, size.gages);
-        let sample = Sample { run, step, demands_n, pressures_pa, elongations_m };
+        let sample = Measurements { run, step, demands_n, pressures_pa, elongations_m };
         Self { sample, time_unix_ns, received }
     }
 }
@@ -233,7 +233,7 @@ mod tests {
     use super::*;
 
     fn arrival(run: u64, step: u64, received: Instant) -> ReceivedSample {
-        let sample = Sample {
+        let sample = Measurements {
             run: RunId(run),
             step: Step(step),
             demands_n: vec![],

@@ -6,7 +6,9 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::{Action, Diagnoser, Event, PeerFailure, Question, QuestionToken, Sample};
+use diagnosis::{
+    Action, Diagnoser, Event, Measurements, PeerFailure, QuestionToken, StateQuestion,
+};
 use vocabulary::ModuleName;
 
 use crate::course::CourseItem;
@@ -34,7 +36,7 @@ pub fn together(parts: &[ReplayPart<'_>]) -> Result<Vec<Vec<ReplayedTransition>>
 struct AskedQuestion {
     asker: usize,
     peer: usize,
-    question: Question,
+    question: StateQuestion,
     /// After how many items of the asker.
     at: usize,
     is_open: bool,
@@ -47,7 +49,7 @@ struct JointReplay<'a> {
     taken: Vec<usize>,
     times: Vec<u64>,
     timeouts: Vec<usize>,
-    sample: Sample,
+    sample: Measurements,
     asked: Vec<AskedQuestion>,
     /// Questions before this one are all answered.
     open_from: usize,
@@ -134,9 +136,8 @@ impl<'a> JointReplay<'a> {
             }
             Action::Ask { peer, question } => Some(self.ask(actor, peer, question)),
             Action::Answer { token, answer } => {
-                let (asker, peer, _) = self.close(token)?;
-                let peer = self.diagnosers[peer].module().clone();
-                Some((asker, Event::Answered { peer, answer }))
+                let (asker, ..) = self.close(token)?;
+                Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
                 let (asker, peer, question) = self.close(token)?;
@@ -147,7 +148,7 @@ impl<'a> JointReplay<'a> {
         }
     }
 
-    fn ask(&mut self, asker: usize, peer: ModuleName, question: Question) -> (usize, Event) {
+    fn ask(&mut self, asker: usize, peer: ModuleName, question: StateQuestion) -> (usize, Event) {
         let target = self.diagnosers.iter().position(|diagnoser| *diagnoser.module() == peer);
         let is_there = |place: &usize| self.taken[*place] < self.parts[*place].items.len();
         let Some(target) = target.filter(|place| *place == asker || is_there(place)) else {
@@ -160,7 +161,7 @@ impl<'a> JointReplay<'a> {
         (target, Event::Asked { token, question })
     }
 
-    fn close(&mut self, token: QuestionToken) -> Option<(usize, usize, Question)> {
+    fn close(&mut self, token: QuestionToken) -> Option<(usize, usize, StateQuestion)> {
         let asked = self.asked.get_mut(usize::try_from(token.0).ok()?)?;
         let was_open = std::mem::replace(&mut asked.is_open, false);
         was_open.then_some((asked.asker, asked.peer, asked.question))
@@ -170,7 +171,7 @@ impl<'a> JointReplay<'a> {
         &mut self,
         asker: usize,
         peer: usize,
-        question: Question,
+        question: StateQuestion,
         failure: PeerFailure,
     ) -> (usize, Event) {
         let peer = self.diagnosers[peer].module().clone();

@@ -1,6 +1,6 @@
 //! Leads a course through a diagnoser.
 
-use diagnosis::{Action, Diagnoser, Sample, Transition};
+use diagnosis::{Action, Diagnoser, Measurements, Transition};
 use vocabulary::{RunId, Step};
 
 use crate::collection::ModuleRecord;
@@ -35,11 +35,11 @@ pub struct Replayed {
 }
 
 /// A sample without a value.
-pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Sample {
+pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Measurements {
     let is_actuator = |c: &&vocabulary::Component| matches!(c, vocabulary::Component::Actuator(_));
     let actuators = diagnoser.components().iter().filter(is_actuator).count();
     let gages = diagnoser.components().len() - actuators;
-    Sample {
+    Measurements {
         run,
         step,
         demands_n: vec![f64::NAN; actuators],
@@ -89,7 +89,7 @@ struct Player<'a> {
     record: &'a ModuleRecord,
     diagnoser: Diagnoser,
     step_s: f64,
-    sample: Sample,
+    sample: Measurements,
     time_unix_ns: u64,
     transitions: Vec<ReplayedTransition>,
     comparison: ReplayComparison,

@@ -88,7 +88,7 @@ impl Samples {
 
     /// A copy of one.
     #[must_use]
-    pub fn get(&self, index: usize) -> Option<diagnosis::Sample> {
+    pub fn get(&self, index: usize) -> Option<diagnosis::Measurements> {
         self.entries.get(index)?;
         let mut sample = empty_sample();
         self.read(index, &mut sample);
@@ -96,7 +96,7 @@ impl Samples {
     }
 
     /// Copies one.
-    pub fn read(&self, index: usize, into: &mut diagnosis::Sample) {
+    pub fn read(&self, index: usize, into: &mut diagnosis::Measurements) {
         let Some(SampleEntry { head, at, lengths: [demands, pairs, gages] }) =
             self.entries.get(index)
         else {
@@ -136,8 +136,8 @@ impl Samples {
 }
 
 /// An empty sample to read others into.
-pub(crate) fn empty_sample() -> diagnosis::Sample {
-    diagnosis::Sample {
+pub(crate) fn empty_sample() -> diagnosis::Measurements {
+    diagnosis::Measurements {
         run: RunId(0),
         step: Step(0),
         demands_n: Vec::new(),

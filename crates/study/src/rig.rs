@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question,
-    QuestionToken, Sample, SetupError, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch,
+    QuestionToken, SetupError, StateQuestion, Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
@@ -53,9 +53,9 @@ pub enum RigEvent {
         asker: ModuleName,
         /// The module that was asked.
         peer: ModuleName,
-        /// The question.
-        question: Question,
-        /// The changes in the answer.
+        /// What.
+        question: StateQuestion,
+        /// The changes that the answer named.
         changes: Vec<Change>,
         /// The actuators that the peer declared faulty.
         actuator_faults: Vec<ActuatorFault>,
@@ -148,16 +148,16 @@ pub struct Rig {
     run: RunId,
     setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
-    samples: Vec<Sample>,
+    samples: Vec<Measurements>,
     faults: Vec<TimedFault>,
     occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
-    /// Every query so far, by token: asker, peer and question.
-    asked: Vec<(usize, ModuleName, Question)>,
-    /// The stored state of each diagnoser.
+    /// Every question put so far, by token: asker, peer and question.
+    asked: Vec<(usize, ModuleName, StateQuestion)>,
+    /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
-    /// The latest samples of all modules stored by the publisher, and their maximum number.
-    kept: VecDeque<Vec<Sample>>,
+    /// The latest samples of all modules, as the publisher keeps them; so many of them.
+    kept: VecDeque<Vec<Measurements>>,
     keep: usize,
     identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
@@ -207,7 +207,7 @@ impl Rig {
 
     /// The latest sample of each module, in the order of the plant's modules; none before the first step.
     #[must_use]
-    pub fn samples(&self) -> &[Sample] {
+    pub fn samples(&self) -> &[Measurements] {
         &self.samples
     }
 
@@ -340,18 +340,17 @@ impl Rig {
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                let (asker, peer, _) = self.asked.get(usize::try_from(token.0).ok()?)?.clone();
-                if answer.question.window.is_some() {
-                    return Some((asker, Event::Answered { peer, answer }));
+                let asker = self.asked.get(usize::try_from(token.0).ok()?)?.0;
+                if answer.question.window.is_none() {
+                    self.occurrences.push(RigEvent::Question {
+                        asker: self.diagnosers.get(asker)?.module().clone(),
+                        peer: answer.module.clone(),
+                        question: answer.question,
+                        changes: answer.changes.clone(),
+                        actuator_faults: answer.actuator_faults.clone(),
+                    });
                 }
-                self.occurrences.push(RigEvent::Question {
-                    asker: self.diagnosers.get(asker)?.module().clone(),
-                    peer: peer.clone(),
-                    question: answer.question,
-                    changes: answer.changes.clone(),
-                    actuator_faults: answer.actuator_faults.clone(),
-                });
-                Some((asker, Event::Answered { peer, answer }))
+                Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
                 let (asker, peer, question) =
@@ -411,10 +410,10 @@ impl StoredMemory {
 }
 
 /// Advances the plant and copies its signals into samples, one for each of its modules.
-pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Sample>) {
+pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Measurements>) {
     let signals = plant.advance();
     if samples.is_empty() {
-        let empty = Sample {
+        let empty = Measurements {
             run,
             step: Step(0),
             demands_n: Vec::new(),

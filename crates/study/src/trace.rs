@@ -1,7 +1,7 @@
 //! A run step by step: the modules' measurements, and the results and reports of their diagnosers. The figures of the
 //! paper are drawn from it.
 
-use diagnosis::{Diagnoser, Evidence, Sample};
+use diagnosis::{Diagnoser, Evidence, Measurements};
 use vocabulary::{Component, ComponentKind, ModuleName, Step};
 
 use crate::rig::{Rig, RigError, RigEvent};
@@ -84,7 +84,7 @@ impl ModuleTrace {
         }
     }
 
-    fn push(&mut self, sample: &Sample, evidence: &[Evidence]) {
+    fn push(&mut self, sample: &Measurements, evidence: &[Evidence]) {
         extend(&mut self.demands_n, &sample.demands_n);
         extend(&mut self.elongations_m, &sample.elongations_m);
         for (channel, evidence) in self.channels.iter_mut().zip(evidence) {

@@ -2,7 +2,7 @@
 //! begins in a gap is found after it.
 
 use crate::tower;
-use diagnosis::{Action, Diagnoser, Doubt, Sample, Verdict};
+use diagnosis::{Action, Diagnoser, Doubt, Measurements, Verdict};
 use plant::Plant;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha12Rng;
@@ -43,7 +43,7 @@ impl Lossy {
         for _ in 0..steps {
             let signals = self.plant.advance();
             let module = &signals.modules[0];
-            let sample = Sample {
+            let sample = Measurements {
                 run: RunId(1),
                 step: signals.step,
                 demands_n: module.demands_n.clone(),

@@ -12,7 +12,7 @@ use crate::change::Change;
 use crate::encoding::Message;
 use crate::given_order::GivenOrder;
 use crate::question::{QuestionError, number};
-use crate::state::StateAnswer;
+use crate::state::{StateAnswer, StateQuestion};
 use crate::transition::FaultTransition;
 
 /// One input. It was taken after `samples` samples, the latest of which had this run and step.
@@ -76,21 +76,13 @@ pub enum Taken {
     Answered {
         /// Its answer.
         answer: Box<StateAnswer>,
-        /// The length of the window that was asked about, as in the question; `null` if none was.
-        window: Option<String>,
     },
     /// A peer did not answer.
     Unanswered {
         /// The peer.
         peer: ModuleName,
-        /// The run that the steps are counted in.
-        run: RunId,
-        /// First step asked about.
-        from_step: Step,
-        /// The step as of which the answer was wanted.
-        as_of_step: Step,
-        /// The length of the window that was asked about, if any was.
-        window: Option<String>,
+        /// The question.
+        question: StateQuestion,
         /// In words.
         reason: String,
     },

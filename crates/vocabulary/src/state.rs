@@ -1,27 +1,31 @@
 //! What modules ask each other: "your changes from step a, as of step b?"
 //!
-//! The question travels as the parameters of a query, `state?from=a&step=b`, the answer as its reply.
-//! The reply may come late: it is held until step b has been processed.
+//! The question travels as the parameters of a query, `state?run=r&from=a&step=b`, the answer as its reply.
+//! An answer is a statement about steps, not about the moment it is given: a module that has not yet processed step b holds
+//! its answer until it has. The verdicts of the modules together are then those of one process, whatever the network's
+//! timing.
 
-use crate::{ActuatorName, Component, ModuleName, RunId, Step, StructureName};
+use crate::{ActuatorName, Component, ModuleName, RunId, Step};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::change::Change;
 use crate::encoding::Message;
-use crate::question::{QuestionError, in_order, number, one_of, required};
+use crate::question::{QuestionError, in_order, one_of, required};
 use crate::window::{WindowLength, WindowMeans};
 
 /// A question to a module.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct StateQuestion {
-    /// The run that the steps are counted in; without it, the module's present run.
-    pub run: Option<RunId>,
+    /// The run that the steps are counted in.
+    pub run: RunId,
     /// First step of interest.
+    #[serde(rename = "from_step")]
     pub from: Step,
     /// The step as of which the answer is wanted, itself included.
-    pub step: Step,
-    /// Are the means of the window that ended with that step wanted, and of which length?
+    #[serde(rename = "as_of_step")]
+    pub as_of: Step,
+    /// Length of the window that ended with that step, if its means are wanted.
     pub window: Option<WindowLength>,
 }
 
@@ -29,10 +33,9 @@ impl StateQuestion {
     /// The parameters of the query.
     #[must_use]
     pub fn to_parameters(&self) -> String {
-        let run = self.run.map_or(String::new(), |run| format!("&run={}", run.0));
-        let window =
-            self.window.map_or(String::new(), |length| format!("&window={}", length.as_str()));
-        format!("from={}&step={}{run}{window}", self.from, self.step)
+        let Self { run, from, as_of, window } = self;
+        let window = window.map_or(String::new(), |length| format!("&window={}", length.as_str()));
+        format!("run={run}&from={from}&step={as_of}{window}")
     }
 
     /// Reads the parameters of a query, separated by `&` or `;`. Other parameters are passed over.
@@ -40,38 +43,33 @@ impl StateQuestion {
     /// # Errors
     /// A parameter missing, repeated or not a number, or steps in the wrong order.
     pub fn from_parameters(text: &str) -> Result<Self, QuestionError> {
+        let run = RunId(required(text, "run")?);
         let from = Step(required(text, "from")?);
-        let step = Step(required(text, "step")?);
-        let run = number(text, "run")?.map(RunId);
+        let as_of = Step(required(text, "step")?);
         let window = one_of(text, "window", &WindowLength::ALL, WindowLength::as_str)?;
-        in_order(from, step)?;
-        Ok(Self { run, from, step, window })
+        in_order(from, as_of)?;
+        Ok(Self { run, from, as_of, window })
     }
 }
 
 /// A module's answer.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct StateAnswer {
-    /// The structure.
-    pub structure: StructureName,
     /// The module that answers.
     pub module: ModuleName,
-    /// The run that the steps are counted in.
-    pub run: RunId,
-    /// First step asked about.
-    pub from_step: Step,
-    /// The step as of which this is the answer.
-    pub as_of_step: Step,
-    /// Since when every channel has been watched; `null` while initialising.
-    pub watching_since_step: Option<Step>,
-    /// Changes that had begun by the second step and were not over before the first, oldest first.
+    /// The question that is answered.
+    pub question: StateQuestion,
+    /// Since which step every channel has been watched; `null` while initialising.
+    #[serde(rename = "watching_since_step")]
+    pub watching_since: Option<Step>,
+    /// Changes that had begun by the second step of the question and had not ended before the first, oldest first.
     pub changes: Vec<Change>,
-    /// Actuators held for faulty as of that step, whenever that was found.
+    /// Actuators declared faulty as of that step, whenever that was found.
     pub actuator_faults: Vec<ActuatorFault>,
     /// The components for which the module raises the alarm as of that step. A module whose component explains a
     /// change elsewhere is asked for it.
     pub alarms: Vec<Alarm>,
-    /// What the module measured in the window that ended with that step, if it was asked for and there is one.
+    /// The means of the window that ended with that step, if they are wanted and there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<WindowMeans>,
 }
@@ -111,25 +109,31 @@ mod tests {
     #[test]
     fn a_question_is_written_and_read_back() {
         let lengths = [None, Some(WindowLength::Short), Some(WindowLength::Long)];
-        for (run, window) in
-            [None, Some(RunId(u64::MAX))].into_iter().zip(lengths.into_iter().rev())
-        {
-            let question = StateQuestion { run, from: Step(3), step: Step(99), window };
+        for window in lengths {
+            let (run, from, as_of) = (RunId(u64::MAX), Step(3), Step(99));
+            let question = StateQuestion { run, from, as_of, window };
             assert_eq!(read(&question.to_parameters()), Ok(question));
         }
     }
 
     #[test]
     fn both_separators_are_understood_and_other_parameters_passed_over() {
-        let expected = StateQuestion { run: None, from: Step(1), step: Step(2), window: None };
-        for text in ["from=1&step=2", "from=1;step=2", "step=2;_anyke;from=1", "x=9&from=1&step=2"]
-        {
+        let (run, from, as_of) = (RunId(7), Step(1), Step(2));
+        let expected = StateQuestion { run, from, as_of, window: None };
+        for text in [
+            "run=7&from=1&step=2",
+            "run=7;from=1;step=2",
+            "step=2;_anyke;from=1;run=7",
+            "x=9&from=1&step=2&run=7",
+        ] {
             assert_eq!(read(text), Ok(expected), "{text}");
         }
     }
 
     #[test]
     fn parameters_that_make_no_question_are_named() {
+        assert_eq!(read("from=1&step=2"), Err(QuestionError::Missing("run")));
+        let read = |text: &str| read(&format!("run=7&{text}"));
         assert_eq!(read(""), Err(QuestionError::Missing("from")));
         assert_eq!(read("from=1"), Err(QuestionError::Missing("step")));
         assert_eq!(read("from=1&from=2&step=3"), Err(QuestionError::Repeated("from")));

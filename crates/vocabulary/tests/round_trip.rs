@@ -13,9 +13,9 @@ use vocabulary::{
     FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected,
     Injection, JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed,
     Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault,
-    Progress, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer, Step,
-    Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength,
-    WindowMeans, decode, encode,
+    Progress, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer,
+    StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION,
+    Verdict, WindowLength, WindowMeans, decode, encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -376,12 +376,14 @@ fn answers_orders_and_refusals_are_read_back() {
     };
     let going_on = Change { until: None, ..over.clone() };
     let answer = StateAnswer {
-        structure: structure(),
         module: module(),
-        run: RunId(1),
-        from_step: Step(1),
-        as_of_step: Step(9),
-        watching_since_step: None,
+        question: StateQuestion {
+            run: RunId(1),
+            from: Step(1),
+            as_of: Step(9),
+            window: Some(WindowLength::Long),
+        },
+        watching_since: None,
         changes: vec![over, going_on],
         actuator_faults: vec![ActuatorFault { actuator: "a1".parse().unwrap(), step: Step(2) }],
         alarms: vec![Alarm {

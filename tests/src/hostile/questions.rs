@@ -39,11 +39,11 @@ impl Questions {
     }
 }
 
-/// Those for every key under `base`, a module's, which has come to `step`.
+/// Those for every key under `base`, a module's, which has come to `step` of `run`.
 #[must_use]
-pub fn questions(base: &str, step: u64) -> Vec<Questions> {
+pub fn questions(base: &str, run: u64, step: u64) -> Vec<Questions> {
     vec![
-        state(&format!("{base}/state"), step),
+        state(&format!("{base}/state"), run, step),
         of_components("fault/**", &format!("{base}/fault")),
         of_components("identification/**", &format!("{base}/identification")),
         phase(&format!("{base}/phase")),
@@ -57,33 +57,34 @@ fn with_parameters(key: &str, parameters: &[String]) -> Vec<Question> {
     parameters.iter().map(|parameters| (format!("{key}?{parameters}"), None)).collect()
 }
 
-fn state(key: &str, step: u64) -> Questions {
+fn state(key: &str, run: u64, step: u64) -> Questions {
     let malformed = [
         String::new(),
-        "from=0".into(),
-        "step=5".into(),
-        "from=x&step=5".into(),
-        "from=6&step=5".into(),
-        "from=-1&step=2".into(),
-        "from=1e3&step=2000".into(),
-        "from=1&from=2&step=3".into(),
-        "from=0&step=18446744073709551616".into(),
+        "from=0&step=5".into(),
+        "run=0&from=0".into(),
+        "run=0&step=5".into(),
+        "run=0&from=x&step=5".into(),
+        "run=0&from=6&step=5".into(),
+        "run=0&from=-1&step=2".into(),
+        "run=0&from=1e3&step=2000".into(),
+        "run=0&from=1&from=2&step=3".into(),
+        "run=0&from=0&step=18446744073709551616".into(),
         "from=0&step=1&run=%00".into(),
-        format!("from={}&step=1", "9".repeat(LONG)),
+        format!("run=0&from={}&step=1", "9".repeat(LONG)),
         "&;=&&;;==\u{1}\u{feff}".repeat(50),
     ];
     let sensible = [
-        "from=0&step=0".into(),
-        format!("from=0&step={step}"),
-        format!("from={step};step={step}"),
-        "from=0&step=18446744073709551615".into(),
-        "from=18446744073709551615&step=18446744073709551615".into(),
+        format!("run={run}&from=0&step=0"),
+        format!("run={run}&from=0&step={step}"),
+        format!("run={run};from={step};step={step}"),
+        format!("run={run}&from=0&step=18446744073709551615"),
+        format!("run={run}&from=18446744073709551615&step=18446744073709551615"),
         "from=0&step=0&run=0".into(),
         "from=0&step=0&run=18446744073709551615".into(),
-        format!("from=0&step=1&x={}", "y".repeat(LONG)),
+        format!("run={run}&from=0&step=1&x={}", "y".repeat(LONG)),
     ];
     // So far ahead that it is held until the client has timed out.
-    let held = (format!("{key}?from=0&step={}", step + 50_000), None);
+    let held = (format!("{key}?run={run}&from=0&step={}", step + 50_000), None);
     Questions {
         topic: "state",
         malformed: with_parameters(key, &malformed),
@@ -199,7 +200,7 @@ mod tests {
 
     #[test]
     fn every_question_can_be_asked_and_is_what_it_is_called() {
-        for questions in questions("trusswatch/tower/module1", 5000) {
+        for questions in questions("trusswatch/tower/module1", 7, 5000) {
             for place in 0..20_000 {
                 let (question, malformed) = questions.at(place);
                 let start = || question.0.chars().take(120).collect::<String>();

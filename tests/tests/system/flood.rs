@@ -196,8 +196,8 @@ fn check_inquiries(
 async fn flood(scene: &Scene, sample: &Value, count: u64, time: Duration) {
     scene.flood_samples(pour_long(&scene.foreign, SAMPLES, sample, LONG)).await;
     scene.flood_samples(pour(&scene.foreign, SAMPLES, sample, count)).await;
-    let step = scene.status(|_| true).await.step.unwrap().0;
-    for questions in questions(BASE, step) {
+    let status = scene.status(|_| true).await;
+    for questions in questions(BASE, status.run.unwrap().0, status.step.unwrap().0) {
         scene.flood_questions(&questions, count, time).await;
     }
 }

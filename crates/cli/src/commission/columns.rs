@@ -1,6 +1,6 @@
 //! Which columns of a table of samples belong to which signals.
 
-use diagnosis::{ModuleSetup, Sample};
+use diagnosis::{Measurements, ModuleSetup};
 use vocabulary::{Component, RunId, Step};
 
 use crate::csv_rows::{STEP, whole_step};
@@ -38,7 +38,7 @@ impl SignalColumns {
     }
 
     /// The step after these many rows, if steps are not numbered.
-    pub(super) fn sample(&self, row: &[f64], rows_before: u64) -> Result<Sample, String> {
+    pub(super) fn sample(&self, row: &[f64], rows_before: u64) -> Result<Measurements, String> {
         let (step, signals) = match row {
             [step, signals @ ..] if self.step => (whole_step(*step)?, signals),
             _ => (rows_before, row),
@@ -46,7 +46,7 @@ impl SignalColumns {
         let (demands, rest) = signals.split_at(self.actuators.min(signals.len()));
         let (pressures, elongations) = rest.split_at((2 * self.actuators).min(rest.len()));
         let (chambers, _) = pressures.as_chunks::<2>();
-        Ok(Sample {
+        Ok(Measurements {
             run: RunId(0),
             step: Step(step),
             demands_n: demands.to_vec(),

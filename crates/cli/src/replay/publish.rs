@@ -114,7 +114,7 @@ fn recorded_run(records: &[&ModuleRecord], wanted: Option<RunId>) -> Result<RunI
 fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = vocabulary::Sample> + '_ {
     let samples = (0..record.samples.len()).filter_map(|index| record.samples.get(index));
     samples.filter(move |sample| sample.run == run).map(|sample| {
-        let diagnosis::Sample { run, step, demands_n, pressures_pa, elongations_m } = sample;
+        let diagnosis::Measurements { run, step, demands_n, pressures_pa, elongations_m } = sample;
         let module = record.module.clone();
         vocabulary::Sample {
             module,

@@ -59,10 +59,14 @@ async fn put_sample(observer: &Session, sample: &Sample) {
     put(observer, vocabulary::encode(sample).unwrap()).await;
 }
 
-/// The reply to a question in the lower module: an answer, a refusal, or silence.
-async fn ask(observer: &Session, parameters: &str) -> Option<Result<StateAnswer, String>> {
+/// The reply to a question about a run in the lower module: an answer, a refusal, or silence.
+async fn ask(
+    observer: &Session,
+    run: u64,
+    parameters: &str,
+) -> Option<Result<StateAnswer, String>> {
     let replies = observer
-        .get(format!("trusswatch/small/lower/state?{parameters}"))
+        .get(format!("trusswatch/small/lower/state?run={run}&{parameters}"))
         .consolidation(ConsolidationMode::None)
         .timeout(Duration::from_secs(10))
         .await
@@ -306,35 +310,35 @@ async fn a_question_is_answered_held_or_refused_with_its_reason() {
     let (diagnoser, observer) = diagnoser_alone().await;
     let refused = |reply: Option<Result<StateAnswer, String>>| reply.unwrap().unwrap_err();
 
-    assert_eq!(refused(ask(&observer, "from=0&step=5").await), "no sample yet");
-    assert!(refused(ask(&observer, "from=0").await).contains("`step` is missing"));
-    assert!(refused(ask(&observer, "from=x&step=5").await).contains("`from` is `x`"));
-    assert!(refused(ask(&observer, "from=6&step=5").await).contains("later than"));
+    assert_eq!(refused(ask(&observer, 1, "from=0&step=5").await), "no sample yet");
+    assert!(refused(ask(&observer, 1, "from=0").await).contains("`step` is missing"));
+    assert!(refused(ask(&observer, 1, "from=x&step=5").await).contains("`from` is `x`"));
+    assert!(refused(ask(&observer, 1, "from=6&step=5").await).contains("later than"));
 
     put_sample(&observer, &sample(0)).await;
     status(&observer, |status| status.step == Some(Step(0))).await;
-    let other_run =
-        StateQuestion { run: Some(RunId(9)), from: Step(0), step: Step(0), window: None };
-    assert!(refused(ask(&observer, &other_run.to_parameters()).await).contains("present run"));
-    assert!(refused(ask(&observer, "from=0&step=900000").await).contains("too far ahead"));
+    assert!(refused(ask(&observer, 9, "from=0&step=0").await).contains("present run"));
+    assert!(refused(ask(&observer, 1, "from=0&step=900000").await).contains("too far ahead"));
 
-    // without a run the present one is meant; both separators are understood
+    // both separators are understood
     for parameters in ["from=0&step=0", "from=0;step=0"] {
-        let answer = ask(&observer, parameters).await.unwrap().unwrap();
-        assert_eq!((answer.run, answer.as_of_step), (RunId(1), Step(0)));
-        assert_eq!(answer.watching_since_step, None);
+        let answer = ask(&observer, 1, parameters).await.unwrap().unwrap();
+        assert_eq!((answer.question.run, answer.question.as_of), (RunId(1), Step(0)));
+        assert_eq!(answer.watching_since, None);
     }
 
     // held until the step has come
-    let (reply, ()) = tokio::join!(ask(&observer, "from=0&step=2"), async {
+    let (reply, ()) = tokio::join!(ask(&observer, 1, "from=0&step=2"), async {
         status(&observer, |status| status.waiting_questions == 1).await;
         put_sample(&observer, &sample(1)).await;
         put_sample(&observer, &sample(2)).await;
     });
-    assert_eq!(reply.unwrap().unwrap().as_of_step, Step(2));
+    assert_eq!(reply.unwrap().unwrap().question.as_of, Step(2));
 
     // but not for ever
-    assert!(refused(ask(&observer, "from=0&step=99").await).contains("not reached within 3000 ms"));
+    assert!(
+        refused(ask(&observer, 1, "from=0&step=99").await).contains("not reached within 3000 ms")
+    );
     let status = status(&observer, |status| status.step == Some(Step(2))).await;
     assert_eq!(status.waiting_questions, 0);
     let asked = status.inquiries;
@@ -398,16 +402,13 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
     let first = std::sync::OnceLock::new();
     let answer = move |query: Query| {
         let question = StateQuestion::from_parameters(query.parameters().as_str()).unwrap();
-        let changed = *first.get_or_init(|| Step(question.step.0 - 20));
+        let changed = *first.get_or_init(|| Step(question.as_of.0 - 20));
         let component = "actuator/a1".parse().unwrap();
         let change = vocabulary::Change::at(component, changed, 12.0);
         let answer = StateAnswer {
-            structure: "small".parse().unwrap(),
             module: "upper".parse().unwrap(),
-            run: question.run.unwrap(),
-            from_step: question.from,
-            as_of_step: question.step,
-            watching_since_step: Some(Step(0)),
+            question,
+            watching_since: Some(Step(0)),
             changes: if changed >= question.from { vec![change] } else { Vec::new() },
             actuator_faults: Vec::new(),
             alarms: Vec::new(),

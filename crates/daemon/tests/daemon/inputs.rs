@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::support::{LIMIT, Rig, configs, in_time};
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser};
 use diagnosis::messages::{Speaker, setup_fingerprint, to_setup};
-use diagnosis::{Diagnoser, Event, ModuleSetup, Sample};
+use diagnosis::{Diagnoser, Event, Measurements, ModuleSetup};
 use vocabulary::{Input, ModuleConfiguration, RunId, Step, Taken};
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
@@ -131,7 +131,7 @@ async fn inputs_are_published_and_given_again() {
 }
 
 /// Every number of every step, in bits.
-fn course(setup: ModuleSetup, samples: &[Sample]) -> Vec<u64> {
+fn course(setup: ModuleSetup, samples: &[Measurements]) -> Vec<u64> {
     let mut diagnoser = Diagnoser::new(setup).unwrap();
     let mut bits = Vec::new();
     for sample in samples {
@@ -154,11 +154,11 @@ fn with_the_setup_that_is_given_the_divergences_are_the_same_bit_for_bit() {
         let mut setup = config.module_setup();
         assert!(setup.reference.is_some(), "{file}");
         setup.isolation.root_ratio = f64::INFINITY;
-        let samples: Vec<Sample> = (signals.iter().zip(0..))
+        let samples: Vec<Measurements> = (signals.iter().zip(0..))
             .map(|(signals, step)| {
                 let own = &signals.modules[index];
                 assert_eq!(own.module, setup.module);
-                Sample {
+                Measurements {
                     run: RunId(1),
                     step: Step(step),
                     demands_n: own.demands_n.clone(),

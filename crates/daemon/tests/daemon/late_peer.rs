@@ -19,12 +19,9 @@ const LATE: Duration = Duration::from_millis(450);
 /// The true answer of a module that has seen no change.
 fn nothing_changed(question: StateQuestion) -> StateAnswer {
     StateAnswer {
-        structure: "small".parse().unwrap(),
         module: "upper".parse().unwrap(),
-        run: question.run.unwrap(),
-        from_step: question.from,
-        as_of_step: question.step,
-        watching_since_step: Some(Step(0)),
+        question,
+        watching_since: Some(Step(0)),
         changes: Vec::new(),
         actuator_faults: Vec::new(),
         alarms: Vec::new(),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use daemon::config::{DiagnoserConfig, PlantConfig, PlantFlags, load_diagnoser, load_plant};
-use diagnosis::{Action, Diagnoser, Event, PeerFailure, QuestionToken, Sample, Transition};
+use diagnosis::{Action, Diagnoser, Event, Measurements, PeerFailure, QuestionToken, Transition};
 use session::Network;
 use shell::exit::Failure;
 use shell::shutdown::{self, Trigger};
@@ -193,7 +193,7 @@ impl Reference {
         let mut events = VecDeque::new();
         for module in &signals.modules {
             let index = self.names.iter().position(|name| *name == module.module).unwrap();
-            let sample = Sample {
+            let sample = Measurements {
                 run,
                 step,
                 demands_n: module.demands_n.clone(),
@@ -226,7 +226,7 @@ impl Reference {
         index: usize,
         action: Action,
         events: &mut VecDeque<(usize, Event)>,
-        askers: &mut Vec<(usize, diagnosis::Question)>,
+        askers: &mut Vec<(usize, vocabulary::StateQuestion)>,
     ) {
         match action {
             Action::Publish(transition) => {
@@ -240,8 +240,7 @@ impl Reference {
             }
             Action::Answer { token, answer } => {
                 let asker = askers[usize::try_from(token.0).unwrap()].0;
-                let peer = self.names[index].clone();
-                events.push_back((asker, Event::Answered { peer, answer }));
+                events.push_back((asker, Event::Answered(answer)));
             }
             Action::Refuse { token, refusal } => {
                 let (asker, question) = askers[usize::try_from(token.0).unwrap()];
@@ -254,8 +253,8 @@ impl Reference {
     }
 }
 
-fn published(module: ModuleName, sample: &Sample) -> vocabulary::Sample {
-    let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
+fn published(module: ModuleName, sample: &Measurements) -> vocabulary::Sample {
+    let Measurements { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
     vocabulary::Sample {
         module,
         run,

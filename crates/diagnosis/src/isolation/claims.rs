@@ -2,10 +2,9 @@
 //! component explains a local change must raise the alarm itself: it is queried once more, and its answer is discarded
 //! if it has not.
 
-use vocabulary::{ComponentPath, ModuleName, Step, delivery::Backoff};
+use vocabulary::{ComponentPath, ModuleName, StateAnswer, Step, delivery::Backoff};
 
 use super::case::Case;
-use crate::question::Answer;
 
 /// How often the peer is asked. It has judged its own change by the first time, unless it waits for others; so after
 /// every answer in which it does not raise the alarm it is asked after twice as long.
@@ -87,10 +86,11 @@ impl Claims {
     }
 
     /// What a peer's answer makes of the claims that rest on its word.
-    pub(super) fn check(&mut self, peer: &ModuleName, answer: &Answer) -> Vec<(Case, Word)> {
+    pub(super) fn check(&mut self, answer: &StateAnswer) -> Vec<(Case, Word)> {
         let mut words = Vec::new();
         self.open.retain_mut(|claim| {
-            let is_asked = claim.by.module == *peer && claim.ask_at <= answer.question.as_of;
+            let is_asked =
+                claim.by.module == answer.module && claim.ask_at <= answer.question.as_of;
             let word = if is_asked { claim.check(answer) } else { None };
             let is_open = word.is_none();
             words.extend(word.map(|word| (claim.case.clone(), word)));
@@ -102,7 +102,7 @@ impl Claims {
 
 impl Claim {
     /// `None` as long as the peer may have its reasons.
-    fn check(&mut self, answer: &Answer) -> Option<Word> {
+    fn check(&mut self, answer: &StateAnswer) -> Option<Word> {
         if answer.alarms.iter().any(|alarm| alarm.component == self.by.component) {
             return Some(Word::Kept);
         }

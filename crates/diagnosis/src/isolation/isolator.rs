@@ -10,11 +10,11 @@ use super::knowledge::{KnownChange, PeerKnowledge};
 use crate::change::LoggedChange;
 use crate::change_log::ChangeLog;
 use crate::coverage::Coverage;
-use crate::question::{Answer, PeerFailure, Question};
+use crate::question::PeerFailure;
 use crate::residual::longest_gap_of_loops;
 use crate::settings::{IsolationSettings, ModuleSetup, Rule};
 use crate::verdict::Transition;
-use vocabulary::{Change, Evidence};
+use vocabulary::{Change, Evidence, StateAnswer, StateQuestion};
 
 /// The first and the longest pause before an unanswered question is put again \[s\]. After the first, a peer is asked
 /// whether it stands by its word.
@@ -250,7 +250,7 @@ impl Isolator {
     }
 
     /// Which questions must be put at step `now`? They count as put.
-    pub(crate) fn questions(&mut self, run: RunId, now: Step) -> Vec<(ModuleName, Question)> {
+    pub(crate) fn questions(&mut self, run: RunId, now: Step) -> Vec<(ModuleName, StateQuestion)> {
         let due = || self.cases.iter().map(|case| case.decide_at).filter(|step| *step <= now);
         let latest = due().max();
         let tie = self.settings.tie_steps;
@@ -259,7 +259,7 @@ impl Isolator {
             let of_cases = latest.filter(|_| due().any(|step| !peer.has_answered(step)));
             let of_claims = self.claims.due_of(&peer.name, now);
             let Some(as_of) = of_cases.max(of_claims) else { continue };
-            let question = Question { run, from: peer.unknown_from(tie), as_of, window: None };
+            let question = StateQuestion { run, from: peer.unknown_from(tie), as_of, window: None };
             questions.push((peer.name.clone(), question));
             peer.outstanding = Some(question);
         }
@@ -283,23 +283,27 @@ impl Isolator {
     /// An answer that does not fit: it counts as none.
     pub(crate) fn answered(
         &mut self,
-        peer: &ModuleName,
-        answer: Answer,
+        answer: StateAnswer,
         now: Step,
     ) -> Result<Vec<(Case, Word)>, PeerFailure> {
-        let Some(peer) = self.peers.iter_mut().find(|p| p.name == *peer) else {
-            return Err(PeerFailure::Malformed(format!("`{peer}` is not a peer")));
+        let Some(peer) = self.peers.iter_mut().find(|peer| peer.name == answer.module) else {
+            return Err(PeerFailure::Malformed(format!("`{}` is not a peer", answer.module)));
         };
         if peer.outstanding.is_none() {
             return Err(PeerFailure::Malformed("nothing was asked".into()));
         }
         let quiet = self.settings.quiet_steps;
         peer.take(answer.clone(), quiet).inspect_err(|_| peer.fail(now, self.pauses))?;
-        Ok(self.claims.check(&peer.name, &answer))
+        Ok(self.claims.check(&answer))
     }
 
     /// A peer did not answer. Returns whether it had been asked this.
-    pub(crate) fn unanswered(&mut self, peer: &ModuleName, question: Question, now: Step) -> bool {
+    pub(crate) fn unanswered(
+        &mut self,
+        peer: &ModuleName,
+        question: StateQuestion,
+        now: Step,
+    ) -> bool {
         let asked = |p: &&mut PeerKnowledge| p.name == *peer && p.outstanding == Some(question);
         match self.peers.iter_mut().find(asked) {
             Some(peer) => {

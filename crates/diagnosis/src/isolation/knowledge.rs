@@ -2,8 +2,8 @@
 
 use vocabulary::{Component, ComponentPath, ModuleName, Step, delivery::Backoff};
 
-use crate::question::{Answer, MAX_CHANGES_IN_ANSWER, PeerFailure, Question};
-use vocabulary::Change;
+use crate::question::{MAX_CHANGES_IN_ANSWER, PeerFailure};
+use vocabulary::{Change, StateAnswer, StateQuestion};
 
 /// No plausible value gives a larger D/γ: a gage's strain is at most a million times its noise, which makes D 10¹².
 const LARGEST_RATIO: f64 = 1e15;
@@ -68,7 +68,7 @@ pub(crate) struct PeerKnowledge {
     /// The first step whose changes are kept.
     kept_from: Step,
     /// The question under way.
-    pub(crate) outstanding: Option<Question>,
+    pub(crate) outstanding: Option<StateQuestion>,
     /// The latest question failed: not asked again before this step.
     retry: Option<Retry>,
 }
@@ -150,10 +150,14 @@ impl PeerKnowledge {
     ///
     /// # Errors
     /// An answer that does not fit the question; nothing was taken in.
-    pub(crate) fn take(&mut self, answer: Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
+    pub(crate) fn take(
+        &mut self,
+        answer: StateAnswer,
+        quiet_steps: u64,
+    ) -> Result<(), PeerFailure> {
         self.check(&answer, quiet_steps)?;
         self.check_against_former(&answer)?;
-        let Question { from, as_of, .. } = answer.question;
+        let StateQuestion { from, as_of, .. } = answer.question;
         let path = |component| ComponentPath { module: self.name.clone(), component };
         let reported: Vec<KnownChange> = answer
             .changes
@@ -191,7 +195,7 @@ impl PeerKnowledge {
     }
 
     /// As of a step that it has answered for, no change can be added, unless it was not watching then.
-    fn check_against_former(&self, answer: &Answer) -> Result<(), PeerFailure> {
+    fn check_against_former(&self, answer: &StateAnswer) -> Result<(), PeerFailure> {
         let (Some(until), Some(watching)) = (self.answered_until, answer.watching_since) else {
             return Ok(());
         };
@@ -211,12 +215,12 @@ impl PeerKnowledge {
         }
     }
 
-    fn check(&self, answer: &Answer, quiet_steps: u64) -> Result<(), PeerFailure> {
+    fn check(&self, answer: &StateAnswer, quiet_steps: u64) -> Result<(), PeerFailure> {
         let malformed = |what: &str| Err(PeerFailure::Malformed(what.to_string()));
         if self.outstanding != Some(answer.question) {
             return malformed("another question than the one asked");
         }
-        let Question { from, as_of, .. } = answer.question;
+        let StateQuestion { from, as_of, .. } = answer.question;
         if answer.changes.len() > MAX_CHANGES_IN_ANSWER {
             return malformed("too many changes");
         }

@@ -1,37 +1,25 @@
 //! What a diagnoser took beside samples.
 
-use crate::{Event, Memory, Order, PeerFailure, Question};
-use vocabulary::{Component, Remembered, StructureName, Taken, WindowLength};
+use crate::{Event, Memory, OrderToken, PeerFailure};
+use vocabulary::{Remembered, Taken};
 
-use super::{Speaker, from_answer, from_transition};
+use super::{Speaker, from_transition};
 
 /// An event as the input that it is recorded as; none for samples, and for peers' questions, which no verdict
 /// depends on.
 #[must_use]
-pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
-    let words = |length: WindowLength| length.as_str().to_owned();
+pub fn to_taken(event: &Event) -> Option<Taken> {
     match event {
         Event::Sample(_) | Event::Asked { .. } | Event::Withdrawn { .. } => None,
-        Event::Answered { peer, answer } => {
-            let window = answer.question.window.map(words);
-            let peer = Speaker::of(structure.clone(), peer.clone());
-            Some(Taken::Answered { answer: Box::new(peer.answer(answer.clone())), window })
-        }
-        Event::Unanswered { peer, question, failure } => {
-            let Question { run, from, as_of, window } = *question;
-            Some(Taken::Unanswered {
-                peer: peer.clone(),
-                run,
-                from_step: from,
-                as_of_step: as_of,
-                window: window.map(words),
-                reason: failure.to_string(),
-            })
-        }
+        Event::Answered(answer) => Some(Taken::Answered { answer: Box::new(answer.clone()) }),
+        Event::Unanswered { peer, question, failure } => Some(Taken::Unanswered {
+            peer: peer.clone(),
+            question: *question,
+            reason: failure.to_string(),
+        }),
         Event::Returned { peer } => Some(Taken::Returned { peer: peer.clone() }),
-        Event::Ordered { order, .. } => {
-            let Order { component, given } = order.clone();
-            Some(Taken::Ordered { component, order: given })
+        Event::Ordered { component, order, .. } => {
+            Some(Taken::Ordered { component: component.clone(), order: order.clone() })
         }
     }
 }
@@ -40,34 +28,19 @@ pub fn to_taken(event: &Event, structure: &StructureName) -> Option<Taken> {
 #[must_use]
 pub fn from_taken(taken: Taken) -> Option<Event> {
     match taken {
-        Taken::Answered { answer, window } => {
-            let peer = answer.module.clone();
-            let window = length(window);
-            Some(Event::Answered { peer, answer: from_answer(*answer, window) })
-        }
-        Taken::Unanswered { peer, run, from_step, as_of_step, window, reason } => {
-            let window = length(window);
-            let question = Question { run, from: from_step, as_of: as_of_step, window };
-            let failure = PeerFailure::Refused(reason);
-            Some(Event::Unanswered { peer, question, failure })
+        Taken::Answered { answer } => Some(Event::Answered(*answer)),
+        Taken::Unanswered { peer, question, reason } => {
+            Some(Event::Unanswered { peer, question, failure: PeerFailure::Refused(reason) })
         }
         Taken::Returned { peer } => Some(Event::Returned { peer }),
-        Taken::Ordered { component, order } => Some(ordered(component, order)),
+        Taken::Ordered { component, order } => {
+            Some(Event::Ordered { token: OrderToken(0), component, order })
+        }
         Taken::Started { .. }
         | Taken::RunBegan { .. }
         | Taken::Gap { .. }
         | Taken::Rejected { .. } => None,
     }
-}
-
-fn ordered(component: Component, order: vocabulary::GivenOrder) -> Event {
-    let order = Order { component, given: order };
-    Event::Ordered { token: crate::OrderToken(0), order }
-}
-
-fn length(words: Option<String>) -> Option<WindowLength> {
-    let words = words?;
-    WindowLength::ALL.into_iter().find(|length| length.as_str() == words)
 }
 
 impl Speaker {

@@ -8,8 +8,7 @@ mod input;
 pub use configuration::{setup_fingerprint, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
-use crate::state::{WindowLength, WindowMeans};
-use crate::{Answer, Question, Transition};
+use crate::Transition;
 use vocabulary::{
     Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, RunId, Step,
     StructureName, Verdict,
@@ -161,24 +160,6 @@ impl Speaker {
         };
         frame.fitting()
     }
-
-    /// The message with its answer to a peer.
-    #[must_use]
-    pub fn answer(&self, answer: Answer) -> vocabulary::StateAnswer {
-        let Answer { question, watching_since, changes, actuator_faults, alarms, window } = answer;
-        vocabulary::StateAnswer {
-            structure: self.structure.clone(),
-            module: self.module.clone(),
-            run: question.run,
-            from_step: question.from,
-            as_of_step: question.as_of,
-            watching_since_step: watching_since,
-            changes,
-            actuator_faults,
-            alarms,
-            window,
-        }
-    }
 }
 
 /// A transition as it was before it was sent; `None` for a component that never had one.
@@ -204,33 +185,4 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         shelved: message.shelved.map(Box::new),
         suppressed: message.suppressed.map(Box::new),
     })
-}
-
-/// A question to a peer.
-#[must_use]
-pub fn to_question(question: Question) -> vocabulary::StateQuestion {
-    let Question { run, from, as_of, window } = question;
-    vocabulary::StateQuestion { run: Some(run), from, step: as_of, window }
-}
-
-/// `window`: the means of a window of which length were asked for, if any?
-#[must_use]
-pub fn from_answer(answer: vocabulary::StateAnswer, window: Option<WindowLength>) -> Answer {
-    let until = answer.as_of_step;
-    // What was not asked for is not looked at.
-    let fits = |means: &WindowMeans| Some(means.length) == window && means.until == until;
-    let means = answer.window.filter(fits);
-    Answer {
-        question: Question {
-            run: answer.run,
-            from: answer.from_step,
-            as_of: answer.as_of_step,
-            window,
-        },
-        watching_since: answer.watching_since_step,
-        changes: answer.changes,
-        actuator_faults: answer.actuator_faults,
-        alarms: answer.alarms,
-        window: means,
-    }
 }

@@ -10,7 +10,7 @@ use truss::{ModalStepper, ModelError, Structure};
 
 use super::nominal_hydraulics::NominalHydraulics;
 use super::tracked_force::TrackedForce;
-use crate::sample::Sample;
+use crate::sample::Measurements;
 
 /// Longest gap, in time constants of the force loops, that these are stepped through under demands on a straight line:
 /// after two a healthy tower's divergences stay below half their thresholds, after five they are above. Beyond it the
@@ -155,7 +155,7 @@ impl ResidualGenerator {
     }
 
     /// The residuals of a sample, which must have been checked: actuators \[N\], then gages \[m\].
-    pub fn push(&mut self, sample: &Sample) -> &[f64] {
+    pub fn push(&mut self, sample: &Measurements) -> &[f64] {
         self.earlier.forces.copy_from_slice(&self.now.forces);
         self.earlier.demands.copy_from_slice(&self.now.demands);
         let observed = self.now.forces.iter_mut().zip(&mut self.contents_pa);
@@ -260,7 +260,7 @@ impl ResidualGenerator {
     }
 
     /// Lets models that do not follow the plant begin where it is.
-    fn settle(&mut self, sample: &Sample) {
+    fn settle(&mut self, sample: &Measurements) {
         if !self.structure_follows {
             self.local.settle(&self.now.forces);
             self.structure_follows = true;

@@ -16,10 +16,10 @@ use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
 use super::track::{Departed, Track, WindowFinding, WindowOutcome};
 use super::window::cylinder_values;
-use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use vocabulary::{Condition, Obstacle};
-use vocabulary::{CylinderMeans, GageMeans, Symptom, WindowLength, WindowMeans};
+use vocabulary::{
+    Condition, CylinderMeans, GageMeans, Obstacle, StateAnswer, Symptom, WindowLength, WindowMeans,
+};
 
 /// Windows one after the other in which a departure has to show: of a gage, of a cylinder, of a gage in short windows. What
 /// a healthy cylinder makes of a demand that jumps may lie in two; and short windows lie in one sway of the structure.
@@ -60,7 +60,7 @@ struct Pending {
     /// Were the peers asked about it?
     asked: bool,
     awaited: Vec<ModuleName>,
-    answers: Vec<(ModuleName, Answer)>,
+    answers: Vec<(ModuleName, StateAnswer)>,
 }
 
 /// A module's comparison with its reference over windows of one length.
@@ -182,7 +182,7 @@ impl StateDetector {
         &mut self,
         peer: &ModuleName,
         as_of: Step,
-        answer: Option<Answer>,
+        answer: Option<StateAnswer>,
     ) -> (Option<Conclusion>, Result<(), String>) {
         let fits = self.check(peer, as_of, answer.as_ref());
         let Some(mut pending) = self.pending.take() else { return (None, fits) };
@@ -202,10 +202,19 @@ impl StateDetector {
         }
     }
 
-    fn check(&self, peer: &ModuleName, as_of: Step, answer: Option<&Answer>) -> Result<(), String> {
+    fn check(
+        &self,
+        peer: &ModuleName,
+        as_of: Step,
+        answer: Option<&StateAnswer>,
+    ) -> Result<(), String> {
         let Some(window) = answer.and_then(|answer| answer.window.as_ref()) else { return Ok(()) };
         if window.until != as_of {
             return Err(format!("its window ends at step {}, not at {as_of}", window.until));
+        }
+        if window.length != self.length {
+            let (found, asked) = (window.length.as_str(), self.length.as_str());
+            return Err(format!("its window is {found} s long, not {asked} s"));
         }
         let (gages, forces) =
             (self.reference.gages_of(peer).count(), self.reference.forces_of(peer).count());

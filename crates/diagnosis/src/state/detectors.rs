@@ -7,10 +7,8 @@ use vocabulary::{ModuleName, Step};
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
 use super::track::WindowFinding;
-use crate::question::Answer;
 use crate::settings::ModuleSetup;
-use vocabulary::Condition;
-use vocabulary::{WindowLength, WindowMeans};
+use vocabulary::{Condition, StateAnswer, WindowLength, WindowMeans};
 
 /// Questions to peers about short windows between two long ones: what they cannot settle waits for the long one.
 const SHORT_QUESTIONS: u32 = 3;
@@ -92,7 +90,7 @@ impl Detectors {
         &mut self,
         peer: &ModuleName,
         (length, as_of): (WindowLength, Step),
-        answer: Option<Answer>,
+        answer: Option<StateAnswer>,
     ) -> (Option<Conclusion>, Result<(), String>) {
         let (conclusion, fits) = self.of(length).answered(peer, as_of, answer);
         (conclusion.map(|conclusion| self.weigh(length, conclusion)), fits)

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use diagnosis::{
-    Action, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken, PeerFailure,
-    Question, Rule, Sample, Transition, Verdict,
+    Action, Event, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderToken, PeerFailure,
+    Rule, StateQuestion, Transition, Verdict,
 };
 use vocabulary::{Component, RunId, Step};
 
@@ -27,7 +27,7 @@ pub struct Driver {
     root_ratio: f64,
     bench: Bench,
     /// The samples of the present run, as the publisher keeps them.
-    store: Vec<Sample>,
+    store: Vec<Measurements>,
     peers: Vec<Peer>,
     inquiries: Inquiries,
     orders: u64,
@@ -116,20 +116,18 @@ impl Driver {
     fn ask(&mut self, from: u64, ahead: i64, run: u64) {
         let as_of = Step(self.bench.signals.step.0.saturating_add_signed(ahead));
         let from = Step(from.min(as_of.0));
-        let question = Question { run: RunId(run), from, as_of, window: None };
+        let question = StateQuestion { run: RunId(run), from, as_of, window: None };
         let token = self.inquiries.ask(question);
         self.give(Event::Asked { token, question });
     }
 
-    fn answer(&mut self, said: &Said, question: impl Fn(&Peer) -> Option<Question>) {
+    fn answer(&mut self, said: &Said, question: impl Fn(&Peer) -> Option<StateQuestion>) {
         let Some(place) = self.place(said.peer) else { return };
         let peer = &self.peers[place];
         let Some(question) = question(peer) else { return };
         let (asked, answer) = (peer.asked, peer.answer(question, said));
         let malformed = self.bench.diagnoser.counters().answers_malformed;
-        let peer = peer.name.clone();
-        let event = Event::Answered { peer, answer: answer.clone() };
-        self.carry(event, |driver| {
+        self.carry(Event::Answered(answer.clone()), |driver| {
             let refused = driver.bench.diagnoser.counters().answers_malformed > malformed;
             let peer = &mut driver.peers[place];
             match (refused, asked) {
@@ -156,16 +154,15 @@ impl Driver {
     fn order(&mut self, component: &str, kind: GivenOrderKind) {
         self.orders += 1;
         let token = OrderToken(self.orders);
-        let given = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
+        let order = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
         let component: Component = component.parse().unwrap();
-        let order = Order { component: component.clone(), given: given.clone() };
         let seen = self.history.len();
-        self.give(Event::Ordered { token, order });
+        self.give(Event::Ordered { token, component: component.clone(), order: order.clone() });
         match &self.history[seen..] {
             [Action::OrderRefused { token: replied, .. }] => assert_eq!(*replied, token),
             [Action::Publish(transition), Action::Obeyed { token: replied, sequence }] => {
                 assert_eq!((*replied, *sequence), (token, transition.sequence));
-                assert_eq!((&transition.component, &transition.order), (&component, &Some(given)));
+                assert_eq!((&transition.component, &transition.order), (&component, &Some(order)));
                 if kind.is_about_verdict() {
                     self.recalled.remove(&component);
                 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use diagnosis::{Action, Answer, Change, Question, QuestionToken};
+use diagnosis::{Action, Change, QuestionToken, StateAnswer, StateQuestion};
 use vocabulary::Step;
 
 use crate::fixture::QUIET;
@@ -11,12 +11,12 @@ use crate::fixture::QUIET;
 #[derive(Debug, Default)]
 pub struct Inquiries {
     latest: u64,
-    waiting: BTreeMap<QuestionToken, Question>,
+    waiting: BTreeMap<QuestionToken, StateQuestion>,
 }
 
 impl Inquiries {
     /// A new question.
-    pub fn ask(&mut self, question: Question) -> QuestionToken {
+    pub fn ask(&mut self, question: StateQuestion) -> QuestionToken {
         self.latest += 1;
         let token = QuestionToken(self.latest);
         self.waiting.insert(token, question);
@@ -57,8 +57,8 @@ impl Inquiries {
 }
 
 /// What this module answers, a peer can use.
-fn check(answer: &Answer) {
-    let Question { from, as_of, .. } = answer.question;
+fn check(answer: &StateAnswer) {
+    let StateQuestion { from, as_of, .. } = answer.question;
     let changes = &answer.changes;
     assert!(changes.iter().all(|change| change.step <= as_of), "{answer:?}");
     let overlaps = |until: Step| until.plus(QUIET) > from && until <= as_of;

@@ -1,6 +1,6 @@
 //! What one peer has answered validly, and what it was asked.
 
-use diagnosis::{ActuatorFault, Alarm, Answer, Change, Question};
+use diagnosis::{ActuatorFault, Alarm, Change, StateAnswer, StateQuestion};
 use vocabulary::{ModuleName, Step};
 
 use super::happening::Said;
@@ -10,9 +10,9 @@ use super::happening::Said;
 pub struct Peer {
     pub name: ModuleName,
     /// The question under way.
-    pub asked: Option<Question>,
+    pub asked: Option<StateQuestion>,
     /// Questions that are no longer under way.
-    pub past: Option<Question>,
+    pub past: Option<StateQuestion>,
     /// The latest question failed.
     pub silent: bool,
     /// As of which step it has answered in full.
@@ -38,13 +38,13 @@ impl Peer {
         *self = Self { past, ..Self::new(self.name.clone()) };
     }
 
-    pub fn ask(&mut self, question: Question) {
+    pub fn ask(&mut self, question: StateQuestion) {
         assert!(self.asked.is_none(), "one question at a time");
         assert!(question.from <= question.as_of, "{question:?}");
         self.asked = Some(question);
     }
 
-    pub fn answered(&mut self, answer: &Answer) {
+    pub fn answered(&mut self, answer: &StateAnswer) {
         self.past = self.asked.take();
         self.silent = false;
         self.answered_until = Some(answer.question.as_of);
@@ -67,7 +67,7 @@ impl Peer {
     }
 
     /// An answer to a question; one that fits it, if so wanted.
-    pub fn answer(&self, question: Question, said: &Said) -> Answer {
+    pub fn answer(&self, question: StateQuestion, said: &Said) -> StateAnswer {
         let length = (question.as_of.since(question.from) + 1) as f64;
         let at = |share: f64| question.from.plus((share * length) as u64);
         let change = |&(share, ratio): &(f64, f64)| {
@@ -87,6 +87,7 @@ impl Peer {
         let of = |step, faulty| Alarm { component: "actuator/a1".parse().unwrap(), step, faulty };
         let faults = actuator_faults.iter().map(|fault| of(fault.step, true));
         let alarms = faults.chain([of(question.from, false)]).collect();
-        Answer { question, watching_since, changes, actuator_faults, alarms, window: None }
+        let (module, window) = (self.name.clone(), None);
+        StateAnswer { module, question, watching_since, changes, actuator_faults, alarms, window }
     }
 }

@@ -6,8 +6,8 @@ use std::path::Path;
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{
-    Action, Change, Diagnoser, Event, Memory, ModuleSetup, PastWatch, Question, QuestionToken,
-    Sample,
+    Action, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch, QuestionToken,
+    StateQuestion,
 };
 use vocabulary::{Message, RunId, Step, StructureName, Taken, Topic, encode, fault::Fault};
 
@@ -35,7 +35,7 @@ pub struct Live {
     plant: plant::Plant,
     run: RunId,
     nodes: Vec<Node>,
-    asked: Vec<(usize, Question)>,
+    asked: Vec<(usize, StateQuestion)>,
     pub published: Vec<Published>,
     clock: u64,
 }
@@ -142,8 +142,8 @@ impl Live {
         for _ in 0..steps {
             let signals = self.plant.advance();
             let step = signals.step;
-            let samples: Vec<Sample> = (signals.modules.iter())
-                .map(|module| Sample {
+            let samples: Vec<Measurements> = (signals.modules.iter())
+                .map(|module| Measurements {
                     run: self.run,
                     step,
                     demands_n: module.demands_n.clone(),
@@ -161,8 +161,8 @@ impl Live {
         }
     }
 
-    fn publish_sample(&mut self, place: usize, sample: &Sample) {
-        let Sample { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
+    fn publish_sample(&mut self, place: usize, sample: &Measurements) {
+        let Measurements { run, step, demands_n, pressures_pa, elongations_m } = sample.clone();
         let module = self.nodes[place].speaker.module.clone();
         let time_unix_ns = self.clock;
         let message = vocabulary::Sample {
@@ -177,7 +177,7 @@ impl Live {
         self.publish(place, Topic::Sample, &message, step.0);
     }
 
-    fn take(&mut self, place: usize, sample: Sample) {
+    fn take(&mut self, place: usize, sample: Measurements) {
         let step = sample.step;
         let before = *self.nodes[place].diagnoser.counters();
         self.handle(place, Event::Sample(sample));
@@ -195,14 +195,14 @@ impl Live {
     pub fn order(&mut self, component: &str, kind: diagnosis::GivenOrderKind) {
         let path: vocabulary::ComponentPath = component.parse().unwrap();
         let place = self.nodes.iter().position(|n| n.speaker.module == path.module).unwrap();
-        let given = diagnosis::GivenOrder {
+        let order = diagnosis::GivenOrder {
             kind,
             by: "ann".into(),
             on_behalf_of: None,
             note: Some("seen".to_owned()),
         };
-        let order = diagnosis::Order { component: path.component, given };
-        self.handle(place, Event::Ordered { token: diagnosis::OrderToken(1), order });
+        let (token, component) = (diagnosis::OrderToken(1), path.component);
+        self.handle(place, Event::Ordered { token, component, order });
     }
 
     fn handle(&mut self, place: usize, event: Event) {
@@ -215,7 +215,7 @@ impl Live {
                 Event::Sample(sample) => Some((sample.run, sample.step)),
                 _ => None,
             };
-            let taken = to_taken(&event, &node.speaker.structure);
+            let taken = to_taken(&event);
             if let Some(taken) = taken {
                 self.input_at(place, (used, before), taken);
             }
@@ -265,8 +265,7 @@ impl Live {
             }
             Action::Answer { token, answer } => {
                 let (asker, _) = self.asked[token.0 as usize];
-                let peer = self.nodes[place].speaker.module.clone();
-                return Some((asker, Event::Answered { peer, answer }));
+                return Some((asker, Event::Answered(answer)));
             }
             Action::Refuse { token, refusal } => {
                 let (asker, question) = self.asked[token.0 as usize];

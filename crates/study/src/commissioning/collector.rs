@@ -1,7 +1,7 @@
 //! Converts a module's samples from any source to the means of its windows.
 
 use diagnosis::state::{WindowLength, WindowMeans};
-use diagnosis::{Action, Diagnoser, ModuleSetup, Sample};
+use diagnosis::{Action, Diagnoser, Measurements, ModuleSetup};
 use vocabulary::Step;
 
 use crate::error::StudyError;
@@ -44,8 +44,8 @@ impl WindowCollector {
         })
     }
 
-    /// Processes the next sample; a sample whose step is not above the previous one is ignored.
-    pub fn take(&mut self, sample: &Sample) {
+    /// Takes the next sample. Its step lies after that of the sample before, or the sample is not used.
+    pub fn take(&mut self, sample: &Measurements) {
         let gap = self.last_step.map(|last| sample.step.since(last));
         if gap.is_none_or(|gap| gap > self.steps(LONGEST_GAP_S)) {
             self.settled = sample.step.plus(self.steps(SETTLING_S));

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use diagnosis::identification::IdentificationResult;
-use diagnosis::{ActuatorFault, Change, Question, Rule, Verdict};
+use diagnosis::{ActuatorFault, Change, Rule, StateQuestion, Verdict};
 use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::account::{Account, ChangeFate, Changed};
@@ -206,7 +206,7 @@ impl<'a> CaseStory<'a> {
 
     /// The number of queries, not shown themselves, caused by these changes.
     fn questions_for(&self, places: &[usize]) -> usize {
-        let about = |asker: &ModuleName, question: &Question| {
+        let about = |asker: &ModuleName, question: &StateQuestion| {
             places.iter().any(|&place| {
                 let changed = &self.account.changes[place];
                 changed.component.module == *asker && changed.decided() == Some(question.as_of)
@@ -221,8 +221,8 @@ impl<'a> CaseStory<'a> {
         hidden.count()
     }
 
-    /// Whether a verdict that is shown depends on this query.
-    fn is_needed(&self, asker: &ModuleName, question: &Question) -> bool {
+    /// Does a verdict that is shown rest on this question?
+    fn is_needed(&self, asker: &ModuleName, question: &StateQuestion) -> bool {
         self.account.changes.iter().zip(&self.shown).any(|(changed, shown)| {
             let waits = match &changed.fate {
                 ChangeFate::Fault { decided } | ChangeFate::Explained { decided, .. } => {
@@ -235,7 +235,7 @@ impl<'a> CaseStory<'a> {
         })
     }
 
-    fn question(&mut self, step: Step, asker: &ModuleName, peer: &ModuleName, q: &Question) {
+    fn question(&mut self, step: Step, asker: &ModuleName, peer: &ModuleName, q: &StateQuestion) {
         let (from, as_of) = (self.clock.time(q.from), self.clock.time(q.as_of));
         let text = match q.from {
             Step(0) => format!("{asker} asked {peer} for all its changes as of {as_of}"),

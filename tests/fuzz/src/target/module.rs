@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use diagnosis::{ModuleSetup, Sample};
+use diagnosis::{Measurements, ModuleSetup};
 use vocabulary::{RunId, Step};
 
 use crate::workbench::shipped_module;
@@ -14,7 +14,7 @@ pub(super) fn lower() -> ModuleSetup {
 }
 
 /// Samples of it, in which one gage jumps.
-pub(super) fn samples(run: RunId, from: Step, count: u64) -> impl Iterator<Item = Sample> {
+pub(super) fn samples(run: RunId, from: Step, count: u64) -> impl Iterator<Item = Measurements> {
     samples_of((2, 3), run, from, count)
 }
 
@@ -24,13 +24,13 @@ pub(super) fn samples_of(
     run: RunId,
     from: Step,
     count: u64,
-) -> impl Iterator<Item = Sample> {
+) -> impl Iterator<Item = Measurements> {
     (0..count).map(move |index| {
         let wobble = (index as f64 * 0.7).sin();
         let jump = if index > count / 2 { 1e-3 } else { 0.0 };
         let mut elongations_m = vec![1e-6 * wobble; gages];
         elongations_m.iter_mut().take(1).for_each(|elongation| *elongation += jump);
-        Sample {
+        Measurements {
             run,
             step: from.plus(index),
             demands_n: vec![100.0 * wobble; actuators],

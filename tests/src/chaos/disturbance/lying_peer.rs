@@ -117,10 +117,12 @@ impl Lie {
     fn words(self, question: StateQuestion) -> Vec<u8> {
         let mut answer = nothing_changed(question);
         match self {
-            Lie::AnotherQuestion => answer["as_of_step"] = json!(question.step.0 + 1000),
-            Lie::Malformed => return b"{\"v\":1,\"structure\":".to_vec(),
+            Lie::AnotherQuestion => {
+                answer["question"]["as_of_step"] = json!(question.as_of.0 + 1000)
+            }
+            Lie::Malformed => return b"{\"v\":1,\"module\":".to_vec(),
             Lie::ChangeOutside => {
-                let late = question.step.0 + 1;
+                let late = question.as_of.0 + 1;
                 answer["changes"] = json!([change(late, 9.0)]);
             }
             Lie::Cause => {
@@ -146,11 +148,8 @@ fn refusal() -> Vec<u8> {
 fn nothing_changed(question: StateQuestion) -> Value {
     json!({
         "v": vocabulary::VERSION,
-        "structure": "tower",
         "module": "module2",
-        "run": question.run.map_or(0, |run| run.0),
-        "from_step": question.from.0,
-        "as_of_step": question.step.0,
+        "question": question,
         "watching_since_step": 0,
         "changes": [],
         "actuator_faults": [],
@@ -167,13 +166,13 @@ mod tests {
     #[test]
     fn lies_are_well_formed_but_for_the_one_that_is_not_meant_to_be() {
         let question =
-            StateQuestion { run: Some(RunId(7)), from: Step(100), step: Step(200), window: None };
+            StateQuestion { run: RunId(7), from: Step(100), as_of: Step(200), window: None };
         let answer = |lie: Lie| vocabulary::decode::<StateAnswer>(&lie.words(question));
         assert!(answer(Lie::Malformed).is_err());
-        assert_eq!(answer(Lie::AnotherQuestion).unwrap().as_of_step, Step(1200));
+        assert_eq!(answer(Lie::AnotherQuestion).unwrap().question.as_of, Step(1200));
         assert_eq!(answer(Lie::ChangeOutside).unwrap().changes[0].step, Step(201));
         assert_eq!(answer(Lie::Cause).unwrap().changes[0].step, Step(100));
         let contradiction = answer(Lie::Contradiction).unwrap();
-        assert_eq!((contradiction.run, contradiction.changes.len()), (RunId(7), 0));
+        assert_eq!((contradiction.question, contradiction.changes.len()), (question, 0));
     }
 }

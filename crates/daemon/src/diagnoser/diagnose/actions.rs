@@ -92,7 +92,6 @@ impl ActionExecutor {
             }
             Action::Answer { token, answer } => {
                 if let Some(query) = self.pending.take_question(token) {
-                    let answer = self.speaker.answer(answer);
                     self.outbox.routine(Routine::Answer { query, answer });
                 }
             }

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 use diagnosis::messages::Speaker;
 use diagnosis::state::WindowLength;
-use diagnosis::{Action, Diagnoser, Event, Question};
+use diagnosis::{Action, Diagnoser, Event};
 use process::{
     PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness, UNAWAITED,
     WatchedSteps,
@@ -275,20 +275,12 @@ impl DiagnosisLoop {
 
     fn inquire(&mut self, inquiry: StateInquiry) {
         let StateInquiry { question, query } = inquiry;
-        let Some(run) = question.run.or(self.diagnoser.run()) else {
-            let reason = diagnosis::Refusal::NoSample.to_string();
-            self.executor.refuse(query, reason);
-            return;
-        };
-        if self.staleness.is_stale() && Some(question.step) > self.diagnoser.last_step() {
+        if self.staleness.is_stale() && Some(question.as_of) > self.diagnoser.last_step() {
             let reason = self.reason(ModulePhase::Stale);
             self.executor.refuse(query, reason);
             return;
         }
         let token = self.executor.pending.put_question(query, std::time::Instant::now());
-        let (from, as_of) = (question.from, question.step);
-        let window = question.window;
-        let question = Question { run, from, as_of, window };
         self.handle(Event::Asked { token, question });
     }
 
@@ -305,8 +297,8 @@ impl DiagnosisLoop {
             left -= 1;
             // The reply comes after the last.
             let token = if left == 0 { awaited } else { UNAWAITED };
-            let order = diagnosis::Order { component, given: order.clone().given(kind, now) };
-            self.handle(Event::Ordered { token, order });
+            let order = order.clone().given(kind, now);
+            self.handle(Event::Ordered { token, component, order });
         }
         self.executor.status_is_due = true;
         self.tell_phase();
@@ -335,15 +327,15 @@ impl DiagnosisLoop {
 
     /// Shelvings and suppressions expire, whether samples come or not.
     fn end_shelvings(&mut self) {
-        for order in shelving::lapses(&self.diagnoser, clock::unix_ns()) {
-            self.handle(Event::Ordered { token: UNAWAITED, order });
+        for (component, order) in shelving::lapses(&self.diagnoser, clock::unix_ns()) {
+            self.handle(Event::Ordered { token: UNAWAITED, component, order });
             self.executor.status_is_due = true;
         }
     }
 
     fn take_answer(&mut self, event: Event) {
         let ended = match &event {
-            Event::Answered { peer, .. } => Some((peer.clone(), true)),
+            Event::Answered(answer) => Some((answer.module.clone(), true)),
             Event::Unanswered { peer, .. } => Some((peer.clone(), false)),
             _ => None,
         };

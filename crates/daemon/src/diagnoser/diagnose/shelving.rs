@@ -1,6 +1,6 @@
 //! Alarms that are shelved or suppressed: which components an order about the module concerns, and which shelvings end.
 
-use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Order, Transition};
+use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Transition};
 use vocabulary::Component;
 
 /// Who ends what has had its time.
@@ -26,19 +26,14 @@ pub(crate) fn concerned(
 }
 
 /// The orders that end what has had its time \[ns since 1970\].
-pub(crate) fn lapses(diagnoser: &Diagnoser, now_unix_ns: u64) -> Vec<Order> {
+pub(crate) fn lapses(diagnoser: &Diagnoser, now_unix_ns: u64) -> Vec<(Component, GivenOrder)> {
     let is_over = |latest: &&Transition| {
         let mut both = latest.shelved.iter().chain(&latest.suppressed);
         both.any(|shelving| shelving.span().is_over(now_unix_ns))
     };
-    let order = |latest: &Transition| Order {
-        component: latest.component.clone(),
-        given: GivenOrder {
-            kind: GivenOrderKind::Lapse { now_unix_ns },
-            by: ITSELF.to_owned(),
-            on_behalf_of: None,
-            note: None,
-        },
+    let order = |latest: &Transition| {
+        let (kind, by) = (GivenOrderKind::Lapse { now_unix_ns }, ITSELF.to_owned());
+        (latest.component.clone(), GivenOrder { kind, by, on_behalf_of: None, note: None })
     };
     diagnoser.last_transitions().filter(is_over).map(order).collect()
 }
@@ -58,16 +53,15 @@ mod tests {
         Diagnoser::new(config.module_setup()).unwrap()
     }
 
-    fn give(diagnoser: &mut Diagnoser, order: Order) -> Action {
+    fn give(diagnoser: &mut Diagnoser, (component, order): (Component, GivenOrder)) -> Action {
         let mut actions = Vec::new();
-        diagnoser.handle(Event::Ordered { token: OrderToken(0), order }, &mut actions);
+        diagnoser.handle(Event::Ordered { token: OrderToken(0), component, order }, &mut actions);
         actions.pop().unwrap()
     }
 
-    fn order(component: &Component, kind: GivenOrderKind) -> Order {
+    fn order(component: &Component, kind: GivenOrderKind) -> (Component, GivenOrder) {
         let (by, note) = ("ada".to_owned(), Some("painting".to_owned()));
-        let given = GivenOrder { kind, by, on_behalf_of: None, note };
-        Order { component: component.clone(), given }
+        (component.clone(), GivenOrder { kind, by, on_behalf_of: None, note })
     }
 
     fn span(seconds: u64) -> Span {
@@ -77,7 +71,7 @@ mod tests {
     /// The components for which the time is over.
     fn lapsing(diagnoser: &Diagnoser, now_unix_ns: u64) -> Vec<String> {
         let orders = lapses(diagnoser, now_unix_ns);
-        orders.iter().map(|order| order.component.to_string()).collect()
+        orders.iter().map(|(component, _)| component.to_string()).collect()
     }
 
     #[test]

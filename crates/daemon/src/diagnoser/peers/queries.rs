@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnosis::{Event, PeerFailure, Question};
+use diagnosis::{Event, PeerFailure};
 use parking_lot::Mutex;
 use process::PeerTimeouts;
 use tokio::sync::{Semaphore, mpsc};
-use vocabulary::{ModuleName, Refused, StateAnswer, Topic};
+use vocabulary::{ModuleName, Refused, StateAnswer, StateQuestion, Topic};
 use zenoh::Session;
 use zenoh::handlers::FifoChannelHandler;
 use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
@@ -16,7 +16,7 @@ use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
 use super::PeerTable;
 use super::presence::Presence;
 use crate::config::DiagnoserConfig;
-use diagnosis::messages::{Speaker, from_answer, to_question};
+use diagnosis::messages::Speaker;
 
 /// Questions under way at a time, per peer. Seven are put within the longest timeout, if it is 1.2 s: one about open
 /// cases, two about long windows, four about short ones.
@@ -74,7 +74,7 @@ impl PeerQueries {
     }
 
     /// Asks in a task of its own; the outcome comes back as an event.
-    pub(crate) fn ask(&self, peer: ModuleName, question: Question) {
+    pub(crate) fn ask(&self, peer: ModuleName, question: StateQuestion) {
         let timeout = self.timeouts.lock().of_next(&peer);
         let querier = self.queriers.get(&(peer.clone(), timeout)).cloned();
         let permit = Arc::clone(&self.under_way).try_acquire_owned();
@@ -87,7 +87,7 @@ impl PeerQueries {
                     let outcome = ask(&querier, question, timeout + GRACE).await;
                     timeouts.lock().note(&peer, timeout, outcome.as_ref().err());
                     match outcome {
-                        Ok(answer) => credible(answer, &peer, &presence).await,
+                        Ok(answer) => credible(answer, (&peer, question), &presence).await,
                         failed => failed,
                     }
                 }
@@ -96,9 +96,7 @@ impl PeerQueries {
             };
             table.note_outcome(&peer, outcome.as_ref().err());
             let event = match outcome {
-                Ok(answer) => {
-                    Event::Answered { peer, answer: from_answer(answer, question.window) }
-                }
+                Ok(answer) => Event::Answered(answer),
                 Err(failure) => {
                     tracing::debug!(%peer, ?question, "question not answered: {failure}");
                     Event::Unanswered { peer, question, failure }
@@ -128,10 +126,10 @@ async fn declare_querier(
 
 async fn ask(
     querier: &Querier<'static>,
-    question: Question,
+    question: StateQuestion,
     limit: Duration,
 ) -> Result<StateAnswer, PeerFailure> {
-    let parameters = to_question(question).to_parameters();
+    let parameters = question.to_parameters();
     let asked = async {
         match querier.get().parameters(parameters).await {
             Ok(replies) => common_word(replies).await,
@@ -144,15 +142,18 @@ async fn ask(
     tokio::time::timeout(limit, asked).await.unwrap_or(Err(PeerFailure::TimedOut))
 }
 
-/// An answer is accepted only under the peer's own name, and while its token says that it is there:
-/// otherwise another process has answered in its place.
+/// An answer is accepted only under the peer's own name, to the very question, and while its token says that it is
+/// there: otherwise another process has answered in its place.
 async fn credible(
     answer: StateAnswer,
-    peer: &ModuleName,
+    (peer, question): (&ModuleName, StateQuestion),
     presence: &Presence,
 ) -> Result<StateAnswer, PeerFailure> {
     if answer.module != *peer {
         return Err(PeerFailure::Malformed(format!("an answer of module `{}`", answer.module)));
+    }
+    if answer.question != question {
+        return Err(PeerFailure::Malformed("another question than the one asked".to_owned()));
     }
     if !presence.is_there(peer).await {
         return Err(PeerFailure::Malformed(

@@ -5,8 +5,8 @@ use std::path::Path;
 use diagnosis::divergence::Interval;
 use diagnosis::messages::{Speaker, from_taken, to_memory};
 use diagnosis::{
-    Action, Answer, Diagnoser, Event, GivenOrder, GivenOrderKind, ModuleSetup, Order, OrderToken,
-    PeerFailure, Question, Sample, Span, Verdict,
+    Action, Diagnoser, Event, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderToken,
+    PeerFailure, Span, StateAnswer, StateQuestion, Verdict,
 };
 use vocabulary::{Input, RunId, Step, Taken};
 
@@ -42,12 +42,12 @@ impl Signals {
         2.0 * f64::from(upper) / f64::from(u32::MAX) - 1.0
     }
 
-    fn sample(&mut self, run: RunId, step: Step) -> Sample {
+    fn sample(&mut self, run: RunId, step: Step) -> Measurements {
         let (actuators, gages) = self.size;
         let pressures = |s: &mut Self| [70e5 + 1.7e4 * s.noise(), 98.6e5 + 1.7e4 * s.noise()];
         let mut elongations: Vec<f64> = (0..gages).map(|_| 1.5e-6 * self.noise()).collect();
         elongations[0] += self.bias_m;
-        Sample {
+        Measurements {
             run,
             step,
             demands_n: vec![-20.0; actuators],
@@ -57,8 +57,9 @@ impl Signals {
     }
 }
 
-fn nothing_changed(question: Question) -> Answer {
-    Answer {
+fn nothing_changed(question: StateQuestion) -> StateAnswer {
+    StateAnswer {
+        module: "upper".parse().unwrap(),
         question,
         watching_since: Some(Step(0)),
         changes: Vec::new(),
@@ -73,7 +74,7 @@ struct Live {
     diagnoser: Diagnoser,
     numbering: InputNumbering,
     signals: Signals,
-    used: Vec<Sample>,
+    used: Vec<Measurements>,
     inputs: Vec<Vec<u8>>,
     done: Vec<Action>,
     questions: u64,
@@ -104,7 +105,7 @@ impl Live {
     }
 
     /// What the diagnoser asked.
-    fn give(&mut self, event: Event) -> Vec<Question> {
+    fn give(&mut self, event: Event) -> Vec<StateQuestion> {
         let input = self.numbering.event(&event, &self.diagnoser, 7);
         self.note(input);
         let sample = match &event {
@@ -139,15 +140,14 @@ impl Live {
     }
 
     /// Every other question is answered.
-    fn reply(&mut self, questions: Vec<Question>) {
+    fn reply(&mut self, questions: Vec<StateQuestion>) {
         for question in questions {
             self.questions += 1;
-            let peer = "upper".parse().unwrap();
-            let answered = self.questions.is_multiple_of(2);
-            let event = if answered {
-                Event::Answered { peer, answer: nothing_changed(question) }
+            let event = if self.questions.is_multiple_of(2) {
+                Event::Answered(nothing_changed(question))
             } else {
-                Event::Unanswered { peer, question, failure: PeerFailure::TimedOut }
+                let (peer, failure) = ("upper".parse().unwrap(), PeerFailure::TimedOut);
+                Event::Unanswered { peer, question, failure }
             };
             self.give(event);
         }
@@ -155,13 +155,13 @@ impl Live {
 
     fn order(&mut self, kind: GivenOrderKind) {
         let component = "sensor/g1".parse().unwrap();
-        let given = GivenOrder {
+        let order = GivenOrder {
             kind,
             by: "ada".to_owned(),
             on_behalf_of: None,
             note: Some("seen".to_owned()),
         };
-        self.give(Event::Ordered { token: OrderToken(0), order: Order { component, given } });
+        self.give(Event::Ordered { token: OrderToken(0), component, order });
     }
 
     fn inputs(&self) -> Vec<Input> {
@@ -183,7 +183,7 @@ impl Live {
                     Taken::Started { remembered, .. } => diagnoser.recall(to_memory(*remembered)),
                     Taken::Rejected { run, step } => {
                         // Whatever it measured.
-                        let blank = Sample { run, step, ..self.used[0].clone() };
+                        let blank = Measurements { run, step, ..self.used[0].clone() };
                         diagnoser.take_sample(&blank, &mut actions);
                     }
                     taken => {
