@@ -99,7 +99,7 @@ pub fn agreeing(state: FaultTransition) -> FaultTransition {
 pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        let kind = FaultKind::ALL.into_iter().find(|known| known.as_str() == *kind).unwrap();
+        let kind = FaultKind::named(kind).unwrap();
         Candidate { kind, probability, size: None }
     };
     Identification {

@@ -158,11 +158,13 @@ impl PlantPart {
 
     /// Injects a fault into a component, replacing any present one. The fault must match the kind of component.
     pub(crate) fn inject(&mut self, slot: Slot, fault: Fault) {
-        match slot {
-            Slot::Actuator(actuator) => {
-                self.hydraulics.set(actuator, actuator_state(fault));
+        match (slot, faulty(fault, self.step_s)) {
+            (Slot::Actuator(actuator), State::Actuator(state)) => {
+                self.hydraulics.set(actuator, state);
             }
-            Slot::Gage(gage) => self.gages.set(gage, gage_state(fault, self.step_s)),
+            (Slot::Gage(gage), State::Gage(state)) => self.gages.set(gage, state),
+            // The kinds are compared before.
+            _ => {}
         }
     }
 
@@ -242,32 +244,25 @@ impl PlantPart {
     }
 }
 
-fn actuator_state(fault: Fault) -> ActuatorState {
-    let leaking = |internal, external_a, external_b| ActuatorState::Leaking {
-        internal,
-        external_a,
-        external_b,
-    };
-    match fault {
-        Fault::InternalLeakage { area_m2 } => leaking(area_m2, 0.0, 0.0),
-        Fault::ExternalLeakageA { area_m2 } => leaking(0.0, area_m2, 0.0),
-        Fault::ExternalLeakageB { area_m2 } => leaking(0.0, 0.0, area_m2),
-        Fault::HardOver {} => ActuatorState::HardOver,
-        Fault::Stiction { band_m3_per_s } => ActuatorState::Sticking(Spool::new(band_m3_per_s)),
-        // Gage faults do not occur here: the kinds were compared before.
-        Fault::Bias { .. }
-        | Fault::Drift { .. }
-        | Fault::RandomWalk { .. }
-        | Fault::Gain { .. }
-        | Fault::ZeroOutput {}
-        | Fault::Stuck {}
-        | Fault::Intermittent { .. }
-        | Fault::NoSignal {} => ActuatorState::Healthy,
-    }
+/// What a component of either kind does.
+enum State {
+    Actuator(ActuatorState),
+    Gage(GageState),
 }
 
-fn gage_state(fault: Fault, step_s: f64) -> GageState {
-    match fault {
+/// What a component with this fault does.
+fn faulty(fault: Fault, step_s: f64) -> State {
+    let leaking = |internal, external_a, external_b| {
+        State::Actuator(ActuatorState::Leaking { internal, external_a, external_b })
+    };
+    State::Gage(match fault {
+        Fault::InternalLeakage { area_m2 } => return leaking(area_m2, 0.0, 0.0),
+        Fault::ExternalLeakageA { area_m2 } => return leaking(0.0, area_m2, 0.0),
+        Fault::ExternalLeakageB { area_m2 } => return leaking(0.0, 0.0, area_m2),
+        Fault::HardOver {} => return State::Actuator(ActuatorState::HardOver),
+        Fault::Stiction { band_m3_per_s } => {
+            return State::Actuator(ActuatorState::Sticking(Spool::new(band_m3_per_s)));
+        }
         Fault::Bias { offset_m } => GageState::Bias { offset_m },
         Fault::Drift { drift_m_per_s } => {
             GageState::Drift { increment_m: drift_m_per_s * step_s, offset_m: 0.0 }
@@ -284,11 +279,5 @@ fn gage_state(fault: Fault, step_s: f64) -> GageState {
             GageState::Intermittent { offset_m, contact: Contact::new(closed_s, open_s, step_s) }
         }
         Fault::NoSignal {} => GageState::NoSignal,
-        // Actuator faults do not occur here: the kinds were compared before.
-        Fault::InternalLeakage { .. }
-        | Fault::ExternalLeakageA { .. }
-        | Fault::ExternalLeakageB { .. }
-        | Fault::HardOver {}
-        | Fault::Stiction { .. } => GageState::Healthy,
-    }
+    })
 }

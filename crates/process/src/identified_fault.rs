@@ -237,10 +237,7 @@ mod tests {
         fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
             let size = size.map(|[low, value, high]| FaultSize { value, low, high });
             let candidate = |kind: &&str| Candidate {
-                kind: vocabulary::fault::FaultKind::ALL
-                    .into_iter()
-                    .find(|known| known.as_str() == *kind)
-                    .unwrap(),
+                kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
                 probability: 0.5,
                 size,
             };

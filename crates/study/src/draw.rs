@@ -3,10 +3,7 @@
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use truss::Structure;
-use vocabulary::{
-    ComponentPath,
-    fault::{Fault, FaultKind},
-};
+use vocabulary::{ComponentPath, fault::FaultKind};
 
 use crate::system::{System, generator};
 
@@ -68,26 +65,4 @@ pub(crate) fn components_that_can_have(
         module.components().map(of)
     });
     paths.filter(|path| path.component.kind() == kind.component_kind()).collect()
-}
-
-/// A fault of a kind with this size: area of a leak, dead band of a valve, gain, or offset, drift or increment of a
-/// reading. Its other parameters are zero.
-pub(crate) fn fault_of_size(kind: FaultKind, size: f64) -> Fault {
-    match kind {
-        FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2: size },
-        FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2: size },
-        FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2: size },
-        FaultKind::HardOver => Fault::HardOver {},
-        FaultKind::Stiction => Fault::Stiction { band_m3_per_s: size },
-        FaultKind::Bias => Fault::Bias { offset_m: size },
-        FaultKind::Drift => Fault::Drift { drift_m_per_s: size },
-        FaultKind::RandomWalk => Fault::RandomWalk { drift_m_per_s: 0.0, increment_m: size },
-        FaultKind::Gain => Fault::Gain { gain: size },
-        FaultKind::ZeroOutput => Fault::ZeroOutput {},
-        FaultKind::Stuck => Fault::Stuck {},
-        FaultKind::Intermittent => {
-            Fault::Intermittent { offset_m: size, closed_s: 0.0, open_s: 0.0 }
-        }
-        FaultKind::NoSignal => Fault::NoSignal {},
-    }
 }

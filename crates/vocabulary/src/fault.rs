@@ -10,125 +10,178 @@ use serde::{Deserialize, Serialize};
 
 use crate::component::ComponentKind;
 
-/// A fault with its parameters. Serialised with its kind in the field `kind`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
-#[derive(schemars::JsonSchema)]
-pub enum Fault {
-    /// Oil leaks from chamber A into chamber B (eq. 10).
-    InternalLeakage {
-        /// Leak coefficient [m²].
-        area_m2: f64,
-    },
-    /// Chamber A leaks to the environment (eq. 11).
-    ExternalLeakageA {
-        /// Leak coefficient [m²].
-        area_m2: f64,
-    },
-    /// Chamber B leaks to the environment (eq. 11).
-    ExternalLeakageB {
-        /// Leak coefficient [m²].
-        area_m2: f64,
-    },
-    /// The inlet valve of chamber A is fully open, its outlet shut.
-    HardOver {},
-    /// The valve's spool sticks. It stays where it is until the flow that is commanded differs from its own by more
-    /// than the band, and then jumps to the command.
-    Stiction {
-        /// Flow by which a command may differ before the spool moves [m³/s].
-        band_m3_per_s: f64,
-    },
-    /// The gage reads a constant amount too much.
-    Bias {
-        /// Offset of the elongation [m].
-        offset_m: f64,
-    },
-    /// The gage's offset grows steadily from 0; the first increment is in the first faulty sample.
-    Drift {
-        /// Drift of the elongation [m/s].
-        drift_m_per_s: f64,
-    },
-    /// The gage's offset wanders: each step adds a normal increment.
-    RandomWalk {
-        /// Mean drift of the elongation [m/s].
-        drift_m_per_s: f64,
-        /// Standard deviation of the increment per step [m].
-        increment_m: f64,
-    },
-    /// The gage reads a multiple of the elongation.
-    Gain {
-        /// The multiple of what it read when it was healthy, noise apart: 1 is healthy.
-        gain: f64,
-    },
-    /// The gage reads zero, noise apart.
-    ZeroOutput {},
-    /// The gage repeats the last reading that it gave, noise included; its first one if it gave none before.
-    Stuck {},
-    /// The gage has a bad contact, which opens and closes by chance. It is open in the first faulty sample.
-    Intermittent {
-        /// Offset of the elongation while the contact is open [m].
-        offset_m: f64,
-        /// Mean time for which the contact is closed; each time is exponentially distributed [s].
-        closed_s: f64,
-        /// Mean time for which the contact is open; each time is exponentially distributed [s].
-        open_s: f64,
-    },
-    /// The gage gives no reading at all: its wire is broken.
-    NoSignal {},
+/// Makes [`Fault`] and [`FaultKind`] of one entry a kind: what it is, which component can have it, its name in files
+/// and messages, what it is called in a sentence, which parameter is its size and in what unit, and its parameters.
+macro_rules! faults {
+    ($(
+        $(#[doc = $help:tt])+
+        $kind:ident: $component:ident, $name:tt, $words:tt $(, size $size:ident in $unit:tt)? {
+            $( $(#[doc = $of:tt])+ $parameter:ident, )*
+        }
+    )+) => {
+        /// A fault with its parameters. Serialised with its kind in the field `kind`.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(tag = "kind", deny_unknown_fields)]
+        pub enum Fault {
+            $(
+                $(#[doc = $help])+
+                #[serde(rename = $name)]
+                $kind { $( $(#[doc = $of])+ $parameter: f64, )* },
+            )+
+        }
+
+        /// A fault without its parameters.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(Serialize, Deserialize, JsonSchema)]
+        pub enum FaultKind {
+            $(
+                $(#[doc = $help])+
+                #[serde(rename = $name)]
+                $kind,
+            )+
+        }
+
+        impl Fault {
+            /// The fault of a kind, with the number of each parameter by its name. [`Fault::check`] judges them.
+            #[must_use]
+            pub fn new(kind: FaultKind, number: impl Fn(&'static str) -> f64) -> Self {
+                match kind {
+                    $( FaultKind::$kind => Fault::$kind {
+                        $( $parameter: number(stringify!($parameter)), )*
+                    }, )+
+                }
+            }
+
+            /// The kind without parameters.
+            #[must_use]
+            pub fn kind(&self) -> FaultKind {
+                match self {
+                    $( Fault::$kind { .. } => FaultKind::$kind, )+
+                }
+            }
+
+            /// Its parameters by their names in files and messages, in the order in which people read them.
+            #[must_use]
+            pub fn parameters(&self) -> Vec<(&'static str, f64)> {
+                match *self {
+                    $( Fault::$kind { $( $parameter ),* } => {
+                        vec![$( (stringify!($parameter), $parameter) ),*]
+                    } )+
+                }
+            }
+        }
+
+        impl FaultKind {
+            /// Every kind, actuators first.
+            pub const ALL: [FaultKind; [$( $name ),+].len()] = [$( FaultKind::$kind ),+];
+
+            fn entry(self) -> Entry {
+                match self {
+                    $( FaultKind::$kind => Entry {
+                        name: $name,
+                        words: $words,
+                        help: concat!($( $help ),+).trim_ascii(),
+                        component: ComponentKind::$component,
+                        size: const { &[$( (stringify!($size), $unit) )?] },
+                        parameters: const { &[$( FaultParameter {
+                            name: stringify!($parameter),
+                            help: concat!($( $of ),+).trim_ascii(),
+                        } ),*] },
+                    }, )+
+                }
+            }
+        }
+    };
 }
 
-/// A fault without its parameters.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultKind {
-    /// A leak between the chambers of a cylinder.
-    InternalLeakage,
-    /// A leak of chamber A of a cylinder to the outside.
-    ExternalLeakageA,
-    /// A leak of chamber B of a cylinder to the outside.
-    ExternalLeakageB,
-    /// The inlet valve of chamber A of a cylinder is fully open.
-    HardOver,
-    /// A cylinder's valve sticks.
-    Stiction,
-    /// A gage reads a constant too much.
-    Bias,
-    /// A gage reads too much, more and more at a constant rate.
-    Drift,
-    /// A gage's error is a random walk.
-    RandomWalk,
-    /// A gage reads a multiple.
-    Gain,
-    /// A gage reads zero, noise apart.
-    ZeroOutput,
-    /// A gage repeats a reading.
-    Stuck,
-    /// A gage has a bad contact.
-    Intermittent,
-    /// A gage gives no reading.
-    NoSignal,
+faults! {
+    // Eq. 10.
+    /// Oil leaks from chamber A into chamber B.
+    InternalLeakage: Actuator, "internal_leakage", "internal leakage", size area_m2 in "m²" {
+        /// Leak coefficient [m²].
+        area_m2,
+    }
+    // Eq. 11, and so the next.
+    /// Chamber A leaks to the environment.
+    ExternalLeakageA: Actuator, "external_leakage_a", "external leakage of chamber A",
+    size area_m2 in "m²" {
+        /// Leak coefficient [m²].
+        area_m2,
+    }
+    /// Chamber B leaks to the environment.
+    ExternalLeakageB: Actuator, "external_leakage_b", "external leakage of chamber B",
+    size area_m2 in "m²" {
+        /// Leak coefficient [m²].
+        area_m2,
+    }
+    /// The inlet valve of chamber A is fully open, its outlet shut.
+    HardOver: Actuator, "hard_over", "hard-over" {}
+    /// The valve's spool sticks. It stays where it is until the flow that is commanded differs from its own by more
+    /// than the band, and then jumps to the command.
+    Stiction: Actuator, "stiction", "stiction of the valve", size band_m3_per_s in "m³/s" {
+        /// Flow by which a command may differ before the spool moves [m³/s].
+        band_m3_per_s,
+    }
+    /// The gage reads a constant amount too much.
+    Bias: Sensor, "bias", "bias", size offset_m in "m" {
+        /// Offset of the elongation [m].
+        offset_m,
+    }
+    /// The gage's offset grows steadily from 0. The first increment is in the first faulty sample.
+    Drift: Sensor, "drift", "drift", size drift_m_per_s in "m/s" {
+        /// Drift of the elongation [m/s].
+        drift_m_per_s,
+    }
+    /// The gage's offset wanders: each step adds a normal increment.
+    RandomWalk: Sensor, "random_walk", "random walk", size increment_m in "m per step" {
+        /// Mean drift of the elongation [m/s].
+        drift_m_per_s,
+        /// Standard deviation of the increment per step [m].
+        increment_m,
+    }
+    /// The gage reads a multiple of the elongation.
+    Gain: Sensor, "gain", "gain", size gain in "1" {
+        /// Multiple of the elongation that the gage reads, noise apart; 1 is healthy.
+        gain,
+    }
+    /// The gage reads zero, noise apart.
+    ZeroOutput: Sensor, "zero_output", "zero output" {}
+    /// The gage repeats the last reading that it gave, noise included. It repeats its first one if it gave none before.
+    Stuck: Sensor, "stuck", "stuck reading" {}
+    /// The gage has a bad contact, which opens and closes by chance. It is open in the first faulty sample.
+    Intermittent: Sensor, "intermittent", "intermittent contact", size offset_m in "m" {
+        /// Offset of the elongation while the contact is open [m].
+        offset_m,
+        /// Mean time for which the contact is closed; each time is exponentially distributed [s].
+        closed_s,
+        /// Mean time for which the contact is open; each time is exponentially distributed [s].
+        open_s,
+    }
+    /// The gage gives no reading at all: its wire is broken.
+    NoSignal: Sensor, "no_signal", "no signal" {}
+}
+
+/// What there is to know of a kind.
+struct Entry {
+    name: &'static str,
+    words: &'static str,
+    help: &'static str,
+    component: ComponentKind,
+    /// The parameter with its unit, or nothing.
+    size: &'static [(&'static str, &'static str)],
+    parameters: &'static [FaultParameter],
+}
+
+/// A number that a kind of fault needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultParameter {
+    /// Its name in files and messages, e.g. `offset_m`.
+    pub name: &'static str,
+    /// What it is, with its unit, in a sentence.
+    pub help: &'static str,
 }
 
 impl FaultKind {
-    /// Every kind, actuators first.
-    pub const ALL: [FaultKind; 13] = [
-        FaultKind::InternalLeakage,
-        FaultKind::ExternalLeakageA,
-        FaultKind::ExternalLeakageB,
-        FaultKind::HardOver,
-        FaultKind::Stiction,
-        FaultKind::Bias,
-        FaultKind::Drift,
-        FaultKind::RandomWalk,
-        FaultKind::Gain,
-        FaultKind::ZeroOutput,
-        FaultKind::Stuck,
-        FaultKind::Intermittent,
-        FaultKind::NoSignal,
-    ];
-
     /// The kinds of the paper, which change a residual; campaigns draw from them. Their order is part of every draw.
     pub const OF_RESIDUALS: &[FaultKind] = &[
         FaultKind::InternalLeakage,
@@ -140,83 +193,52 @@ impl FaultKind {
         FaultKind::ZeroOutput,
     ];
 
-    /// What its size is measured in where it is identified; `None` where it has none.
+    /// The kind of this name.
     #[must_use]
-    pub fn size_unit(self) -> Option<&'static str> {
-        match self {
-            FaultKind::Bias | FaultKind::Intermittent => Some("m"),
-            FaultKind::Drift => Some("m/s"),
-            FaultKind::RandomWalk => Some("m per step"),
-            FaultKind::Gain => Some("1"),
-            FaultKind::InternalLeakage
-            | FaultKind::ExternalLeakageA
-            | FaultKind::ExternalLeakageB => Some("m²"),
-            FaultKind::HardOver
-            | FaultKind::Stiction
-            | FaultKind::ZeroOutput
-            | FaultKind::Stuck
-            | FaultKind::NoSignal => None,
-        }
-    }
-
-    /// The kind of component that can have this fault.
-    #[must_use]
-    pub fn component_kind(self) -> ComponentKind {
-        match self {
-            FaultKind::InternalLeakage
-            | FaultKind::ExternalLeakageA
-            | FaultKind::ExternalLeakageB
-            | FaultKind::HardOver
-            | FaultKind::Stiction => ComponentKind::Actuator,
-            FaultKind::Bias
-            | FaultKind::Drift
-            | FaultKind::RandomWalk
-            | FaultKind::Gain
-            | FaultKind::ZeroOutput
-            | FaultKind::Stuck
-            | FaultKind::Intermittent
-            | FaultKind::NoSignal => ComponentKind::Sensor,
-        }
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.as_str() == name)
     }
 
     /// The name used in files and messages, e.g. `random_walk`.
     #[must_use]
     pub fn as_str(self) -> &'static str {
-        match self {
-            FaultKind::InternalLeakage => "internal_leakage",
-            FaultKind::ExternalLeakageA => "external_leakage_a",
-            FaultKind::ExternalLeakageB => "external_leakage_b",
-            FaultKind::HardOver => "hard_over",
-            FaultKind::Stiction => "stiction",
-            FaultKind::Bias => "bias",
-            FaultKind::Drift => "drift",
-            FaultKind::RandomWalk => "random_walk",
-            FaultKind::Gain => "gain",
-            FaultKind::ZeroOutput => "zero_output",
-            FaultKind::Stuck => "stuck",
-            FaultKind::Intermittent => "intermittent",
-            FaultKind::NoSignal => "no_signal",
-        }
+        self.entry().name
     }
 
     /// What it is called in a sentence, e.g. `external leakage of chamber A`.
     #[must_use]
     pub fn words(self) -> &'static str {
-        match self {
-            FaultKind::InternalLeakage => "internal leakage",
-            FaultKind::ExternalLeakageA => "external leakage of chamber A",
-            FaultKind::ExternalLeakageB => "external leakage of chamber B",
-            FaultKind::HardOver => "hard-over",
-            FaultKind::Stiction => "stiction of the valve",
-            FaultKind::Bias => "bias",
-            FaultKind::Drift => "drift",
-            FaultKind::RandomWalk => "random walk",
-            FaultKind::Gain => "gain",
-            FaultKind::ZeroOutput => "zero output",
-            FaultKind::Stuck => "stuck reading",
-            FaultKind::Intermittent => "intermittent contact",
-            FaultKind::NoSignal => "no signal",
-        }
+        self.entry().words
+    }
+
+    /// What happens, in sentences.
+    #[must_use]
+    pub fn help(self) -> &'static str {
+        self.entry().help
+    }
+
+    /// The kind of component that can have this fault.
+    #[must_use]
+    pub fn component_kind(self) -> ComponentKind {
+        self.entry().component
+    }
+
+    /// What it needs.
+    #[must_use]
+    pub fn parameters(self) -> &'static [FaultParameter] {
+        self.entry().parameters
+    }
+
+    /// The parameter that is its size; `None` if it has none.
+    #[must_use]
+    pub fn size_parameter(self) -> Option<&'static str> {
+        self.entry().size.first().map(|(parameter, _)| *parameter)
+    }
+
+    /// What its size is measured in; `None` if it has none.
+    #[must_use]
+    pub fn size_unit(self) -> Option<&'static str> {
+        self.entry().size.first().map(|(_, unit)| *unit)
     }
 }
 
@@ -295,47 +317,17 @@ pub struct FaultError {
 }
 
 impl Fault {
-    /// The kind without parameters.
+    /// The fault of a kind with this size; its other parameters are 0.
     #[must_use]
-    pub fn kind(&self) -> FaultKind {
-        match self {
-            Fault::InternalLeakage { .. } => FaultKind::InternalLeakage,
-            Fault::ExternalLeakageA { .. } => FaultKind::ExternalLeakageA,
-            Fault::ExternalLeakageB { .. } => FaultKind::ExternalLeakageB,
-            Fault::HardOver {} => FaultKind::HardOver,
-            Fault::Stiction { .. } => FaultKind::Stiction,
-            Fault::Bias { .. } => FaultKind::Bias,
-            Fault::Drift { .. } => FaultKind::Drift,
-            Fault::RandomWalk { .. } => FaultKind::RandomWalk,
-            Fault::Gain { .. } => FaultKind::Gain,
-            Fault::ZeroOutput {} => FaultKind::ZeroOutput,
-            Fault::Stuck {} => FaultKind::Stuck,
-            Fault::Intermittent { .. } => FaultKind::Intermittent,
-            Fault::NoSignal {} => FaultKind::NoSignal,
-        }
+    pub fn of_size(kind: FaultKind, size: f64) -> Self {
+        Self::new(kind, |name| if kind.size_parameter() == Some(name) { size } else { 0.0 })
     }
 
-    /// Its parameters by their names in files and messages, in the order in which people read them.
+    /// Its size in [`FaultKind::size_unit`]; `None` if it has none.
     #[must_use]
-    pub fn parameters(&self) -> Vec<(&'static str, f64)> {
-        match *self {
-            Fault::InternalLeakage { area_m2 }
-            | Fault::ExternalLeakageA { area_m2 }
-            | Fault::ExternalLeakageB { area_m2 } => vec![("area_m2", area_m2)],
-            Fault::Stiction { band_m3_per_s } => vec![("band_m3_per_s", band_m3_per_s)],
-            Fault::Bias { offset_m } => vec![("offset_m", offset_m)],
-            Fault::Drift { drift_m_per_s } => vec![("drift_m_per_s", drift_m_per_s)],
-            Fault::RandomWalk { drift_m_per_s, increment_m } => {
-                vec![("drift_m_per_s", drift_m_per_s), ("increment_m", increment_m)]
-            }
-            Fault::Gain { gain } => vec![("gain", gain)],
-            Fault::Intermittent { offset_m, closed_s, open_s } => {
-                vec![("offset_m", offset_m), ("closed_s", closed_s), ("open_s", open_s)]
-            }
-            Fault::HardOver {} | Fault::ZeroOutput {} | Fault::Stuck {} | Fault::NoSignal {} => {
-                Vec::new()
-            }
-        }
+    pub fn size(&self) -> Option<f64> {
+        let size = self.kind().size_parameter()?;
+        self.parameters().into_iter().find_map(|(name, number)| (name == size).then_some(number))
     }
 
     /// Checks that every parameter is finite and in range.
@@ -378,10 +370,40 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_kind_belongs_to_one_kind_of_component() {
+    fn a_kind_s_entry_is_what_its_fault_has() {
+        for kind in FaultKind::ALL {
+            let fault = Fault::of_size(kind, 0.5);
+            assert_eq!((fault.kind(), FaultKind::named(kind.as_str())), (kind, Some(kind)));
+            assert_eq!(fault.size(), kind.size_unit().map(|_| 0.5), "{kind}");
+            assert_eq!(kind.size_unit().is_some(), !kind.parameters().is_empty(), "{kind}");
+            let names: Vec<&str> = fault.parameters().into_iter().map(|(name, _)| name).collect();
+            let expected = kind.parameters().iter().map(|parameter| parameter.name);
+            assert!(names.iter().copied().eq(expected), "{kind}");
+            let document = serde_json::to_value(fault).unwrap();
+            assert_eq!(document["kind"], kind.as_str());
+            for name in &names {
+                assert!(document[name].is_number(), "{kind} {name}");
+                assert_ne!(range(name, 0.0).1, range("", 0.0).1, "{name} has no range");
+            }
+        }
         let actuators =
             FaultKind::ALL.iter().filter(|k| k.component_kind() == ComponentKind::Actuator).count();
         assert_eq!(actuators, 5);
+    }
+
+    #[test]
+    fn the_manual_has_every_kind_with_its_parameters() {
+        let manual = concat!(env!("CARGO_MANIFEST_DIR"), "/../../configs/README.md");
+        let manual = std::fs::read_to_string(manual).unwrap();
+        let (_, section) = manual.split_once("\n## Faults of the simulated plant\n").unwrap();
+        let (section, _) = section.split_once("\n## ").unwrap();
+        for kind in FaultKind::ALL {
+            let row = section.lines().find(|line| line.contains(&format!("`{kind}`"))).unwrap();
+            let cell = row.split('|').nth(2).unwrap();
+            let documented: Vec<&str> = cell.split('`').skip(1).step_by(2).collect();
+            let parameters = kind.parameters().iter().map(|parameter| parameter.name);
+            assert!(documented.iter().copied().eq(parameters), "{kind}: {row}");
+        }
     }
 
     #[test]

@@ -109,8 +109,8 @@ pub use schema::schema;
 pub use shelving::{Aside, SHELVING_SECONDS, Shelving, Span};
 pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
-    Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus, PeerOutcome,
-    PeerStatus, PublisherCounters,
+    CounterMetric, Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus,
+    PeerOutcome, PeerStatus, PublisherCounters,
 };
 pub use step::{RunId, Step};
 pub use stroke::{Stroke, StrokeBegun};

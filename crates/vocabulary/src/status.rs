@@ -107,53 +107,98 @@ impl ModuleStatus {
     }
 }
 
-/// Samples from the network, before they reach the diagnosis.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct IntakeCounters {
-    /// Everything that came on the sample key.
-    pub received: u64,
-    /// Dropped because the queue was full.
-    pub dropped: u64,
-    /// Not text or not JSON, or too long.
-    pub malformed: u64,
-    /// Without a version or of an unknown one.
-    pub unknown_version: u64,
-    /// JSON, but not a sample.
-    pub wrong_message: u64,
-    /// Samples of another module.
-    pub other_module: u64,
-    /// Samples of another publisher or run than the one being diagnosed, while that one goes on.
-    pub other_source: u64,
-    /// Samples whose time is not later than that of the one before. They are used: steps decide.
-    pub clock_standing: u64,
-    /// Samples that were missed and had from the publisher's store.
-    pub recovered: u64,
-    /// Questions to the publisher's store that brought nothing.
-    pub recoveries_failed: u64,
-    /// How often the backlog was thrown away to get back to the present.
-    pub resynchronised: u64,
-    /// How often samples stopped coming.
-    pub silences: u64,
+/// A counter of a status as a metric.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CounterMetric {
+    /// The metric's name, without `_total`.
+    pub name: &'static str,
+    /// The value of the metric's label, if it is one of several counters.
+    pub label: Option<&'static str>,
+    /// What is counted, in a sentence.
+    pub help: &'static str,
+    /// How many there were since the start of the process.
+    pub count: u64,
 }
 
-/// What others asked of this module, and what became of it. `received` is the sum of `malformed`,
-/// `turned_away`, `answered` and `refused`; what is missing from it waits to be answered.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct InquiryCounters {
-    /// Questions on the keys of state, faults, history and commands.
-    pub received: u64,
-    /// Those that made no sense.
-    pub malformed: u64,
-    /// Those that came while too many were waiting.
-    pub turned_away: u64,
-    /// Those answered, orders obeyed among them.
-    pub answered: u64,
-    /// Those that made sense and were refused for a reason, orders among them.
-    pub refused: u64,
-    /// Orders obeyed.
-    pub orders_obeyed: u64,
-    /// Orders refused.
-    pub orders_refused: u64,
+/// Makes the counters of a part of a status, each with the metric that it is and, among several counters of one metric,
+/// its label. What is said of a counter is its metric's help.
+macro_rules! counters {
+    (
+        $(#[$about:meta])+
+        $part:ident {
+            $( $(#[doc = $help:tt])+ $counter:ident => $metric:literal $($label:literal)?, )+
+        }
+    ) => {
+        $(#[$about])+
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+        pub struct $part {
+            $( $(#[doc = $help])+ pub $counter: u64, )+
+        }
+
+        impl $part {
+            /// Each counter as a metric.
+            #[must_use]
+            pub fn metrics(&self) -> Vec<CounterMetric> {
+                vec![$( CounterMetric {
+                    name: $metric,
+                    label: [$( $label )?].first().copied(),
+                    help: concat!($( $help ),+).trim_ascii(),
+                    count: self.$counter,
+                } ),+]
+            }
+        }
+    };
+}
+
+counters! {
+    /// Samples from the network, before they reach the diagnosis.
+    IntakeCounters {
+        /// Everything that came on the sample key.
+        received => "trusswatch_samples_received",
+        /// Samples dropped because the queue was full.
+        dropped => "trusswatch_samples_rejected" "dropped",
+        /// Samples that are not text or not JSON, or too long.
+        malformed => "trusswatch_samples_rejected" "malformed",
+        /// Samples without a version or of an unknown one.
+        unknown_version => "trusswatch_samples_rejected" "unknown_version",
+        /// JSON, but not a sample.
+        wrong_message => "trusswatch_samples_rejected" "wrong_message",
+        /// Samples of another module.
+        other_module => "trusswatch_samples_rejected" "other_module",
+        /// Samples of another publisher or run than the one being diagnosed, while that one goes on.
+        other_source => "trusswatch_samples_rejected" "other_source",
+        /// Samples, diagnosed all the same, whose time was not later than the one before's.
+        clock_standing => "trusswatch_sample_timestamps_not_increasing",
+        /// Missed samples recovered from the publisher.
+        recovered => "trusswatch_samples_recovered",
+        /// Queries for missed samples that recovered nothing.
+        recoveries_failed => "trusswatch_recoveries_failed",
+        /// Backlogs dropped to catch up with the present.
+        resynchronised => "trusswatch_resynchronisations",
+        /// Times that samples stopped.
+        silences => "trusswatch_sample_timeouts",
+    }
+}
+
+counters! {
+    /// What others asked of this module, and what became of it. `received` is the sum of `malformed`,
+    /// `turned_away`, `answered` and `refused`; what is missing from it waits to be answered.
+    InquiryCounters {
+        /// Requests received: queries for changes, faults and history, and commands.
+        received => "trusswatch_requests_received",
+        /// Requests that made no sense.
+        malformed => "trusswatch_requests" "malformed",
+        /// Requests that came while too many were waiting.
+        turned_away => "trusswatch_requests" "turned_away",
+        /// Requests answered, commands accepted among them.
+        answered => "trusswatch_requests" "answered",
+        /// Requests that made sense and were refused for a reason, commands among them.
+        refused => "trusswatch_requests" "refused",
+        /// Commands accepted.
+        orders_obeyed => "trusswatch_commands" "accepted",
+        /// Commands refused.
+        orders_refused => "trusswatch_commands" "refused",
+    }
 }
 
 /// The file that transitions are written to before they are published.
@@ -235,55 +280,57 @@ impl PeerStatus {
     }
 }
 
-/// What the diagnosis counted since the start of the process.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Counters {
-    /// Samples used.
-    pub samples: u64,
-    /// Steps for which no sample came.
-    pub samples_missing: u64,
-    /// Samples whose step was the one before once more.
-    pub samples_repeated: u64,
-    /// Samples whose step lay before the one before.
-    pub samples_late: u64,
-    /// Samples whose step lay implausibly far ahead.
-    pub samples_far_ahead: u64,
-    /// Samples with the wrong number of values.
-    pub samples_wrong_length: u64,
-    /// Samples with a value that is missing, not a number or implausible; the others were used.
-    pub samples_non_finite: u64,
-    /// Runs begun.
-    pub runs: u64,
-    /// Gaussians lost and restarted.
-    pub restarts: u64,
-    /// Changes of any channel.
-    pub changes: u64,
-    /// Changes given up without a verdict, because too many of their channel were open.
-    pub changes_unjudged: u64,
-    /// Questions put to peers.
-    pub questions_asked: u64,
-    /// Questions that went unanswered: refused, timed out, absent or malformed.
-    pub questions_unanswered: u64,
-    /// Answers that did not fit a question.
-    pub answers_malformed: u64,
-    /// Verdicts that rested on a peer's word, by which it did not stand.
-    pub verdicts_disputed: u64,
-    /// Peers' questions answered.
-    pub answers_given: u64,
-    /// Peers' questions refused.
-    pub questions_refused: u64,
+counters! {
+    /// What the diagnosis counted since the start of the process.
+    Counters {
+        /// Samples diagnosed.
+        samples => "trusswatch_samples_diagnosed",
+        /// Steps for which no sample came.
+        samples_missing => "trusswatch_samples_missing",
+        /// Samples whose step was the one before once more.
+        samples_repeated => "trusswatch_samples_rejected" "repeated",
+        /// Samples whose step lay before the one before.
+        samples_late => "trusswatch_samples_rejected" "late",
+        /// Samples whose step lay implausibly far ahead.
+        samples_far_ahead => "trusswatch_samples_rejected" "far_ahead",
+        /// Samples with the wrong number of values.
+        samples_wrong_length => "trusswatch_samples_rejected" "wrong_length",
+        /// Samples with a value that is missing, not a number or implausible; the others were used.
+        samples_non_finite => "trusswatch_samples_incomplete",
+        /// Runs begun.
+        runs => "trusswatch_runs",
+        /// Channels lost and restarted.
+        restarts => "trusswatch_channel_restarts",
+        /// Times that a channel's divergence reached its threshold.
+        changes => "trusswatch_changes",
+        /// Changes given up without a verdict: too many of their channel were open.
+        changes_unjudged => "trusswatch_changes_unjudged",
+        /// Queries to peers.
+        questions_asked => "trusswatch_questions_asked",
+        /// Queries to peers that went unanswered: refused, timed out, absent or malformed.
+        questions_unanswered => "trusswatch_questions_unanswered",
+        /// Answers of peers that did not fit.
+        answers_malformed => "trusswatch_answers_malformed",
+        /// Explained changes whose explanation the peer did not stand by.
+        verdicts_disputed => "trusswatch_verdicts_disputed",
+        /// Peers' queries answered.
+        answers_given => "trusswatch_questions_received" "answered",
+        /// Peers' queries refused.
+        questions_refused => "trusswatch_questions_received" "refused",
+    }
 }
 
-/// Messages that should have gone out.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-pub struct PublisherCounters {
-    /// Transitions, identifications, changes, phases and inputs published.
-    pub events: u64,
-    /// Those of them that were dropped because the network took nothing for too long. The journal has the transitions and
-    /// identifications all the same.
-    pub events_lost: u64,
-    /// Replies for which there was no room. Whoever asked hears nothing, and asks again.
-    pub replies_lost: u64,
+counters! {
+    /// Messages that should have gone out.
+    PublisherCounters {
+        /// Events published: transitions, identifications, changes, phases and inputs.
+        events => "trusswatch_events_published",
+        /// Events dropped because the outgoing queue was full. The journal has the transitions and identifications all
+        /// the same.
+        events_lost => "trusswatch_events_lost",
+        /// Replies for which there was no room. The client gets no reply and asks again.
+        replies_lost => "trusswatch_replies_lost",
+    }
 }
 
 impl Message for ModuleStatus {

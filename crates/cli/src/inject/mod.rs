@@ -12,21 +12,6 @@ use crate::{output, plant_order};
 use parameters::FaultParameters;
 
 const EXAMPLES: &str = "\
-Faults and what they take:
-  internal_leakage    --area-m2
-  external_leakage_a  --area-m2
-  external_leakage_b  --area-m2
-  hard_over           nothing
-  stiction            --band-m3-per-s
-  bias                --offset-m
-  drift               --drift-m-per-s
-  random_walk         --drift-m-per-s --increment-m
-  gain                --gain
-  zero_output         nothing
-  stuck               nothing
-  intermittent        --offset-m --closed-s --open-s
-  no_signal           nothing
-
 Examples:
   trusswatch inject module1/sensor/g2 bias --offset-m 1.5e-4 --connect tcp/127.0.0.1:7447
   trusswatch inject module1/actuator/a3 internal_leakage --area-m2 3e-7 --connect tcp/127.0.0.1:7447

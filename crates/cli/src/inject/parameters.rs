@@ -1,109 +1,93 @@
 //! A fault and its size from the command line.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use vocabulary::fault::{Fault, FaultKind};
+use std::sync::LazyLock;
 
-/// The parameters of all faults; each fault has its own among them.
-#[derive(Debug, Clone, Default, clap::Args)]
-#[command(next_help_heading = "Size of the fault")]
-pub(super) struct FaultParameters {
-    /// Leak coefficient [m²]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    area_m2: Option<f64>,
-    /// Offset of the elongation [m]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    offset_m: Option<f64>,
-    /// Drift of the elongation, of a random walk its mean [m/s]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    drift_m_per_s: Option<f64>,
-    /// Standard deviation of the increment per step [m]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    increment_m: Option<f64>,
-    /// Multiple of the elongation that the gage reads; 1 is healthy
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    gain: Option<f64>,
-    /// Mean time for which a bad contact is closed [s]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    closed_s: Option<f64>,
-    /// Mean time for which a bad contact is open, and the reading off by the offset [s]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    open_s: Option<f64>,
-    /// Flow by which the command may differ from a sticking spool's before it moves [m³/s]
-    #[arg(long, value_name = "NUMBER", allow_hyphen_values = true)]
-    band_m3_per_s: Option<f64>,
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use vocabulary::fault::{Fault, FaultKind, FaultParameter};
+
+/// The parameters of all faults, each with its option: `--offset-m` for `offset_m`.
+static OPTIONS: LazyLock<Vec<(FaultParameter, String)>> = LazyLock::new(|| {
+    let mut options: Vec<(FaultParameter, String)> = Vec::new();
+    for parameter in FaultKind::ALL.iter().flat_map(|kind| kind.parameters()) {
+        if options.iter().all(|(known, _)| known.name != parameter.name) {
+            options.push((*parameter, parameter.name.replace('_', "-")));
+        }
+    }
+    options
+});
+
+/// The parameters that are given, by their names; each fault has its own among them.
+#[derive(Debug, Clone, Default)]
+pub(super) struct FaultParameters(Vec<(&'static str, f64)>);
+
+impl Args for FaultParameters {
+    fn augment_args(command: Command) -> Command {
+        command.args(OPTIONS.iter().map(|(parameter, option)| {
+            Arg::new(parameter.name)
+                .long(option.as_str())
+                .help(parameter.help.trim_end_matches('.'))
+                .help_heading("Size of the fault")
+                .value_name("NUMBER")
+                .value_parser(value_parser!(f64))
+                .allow_hyphen_values(true)
+        }))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
 }
 
-/// Reads the name of a fault.
+impl FromArgMatches for FaultParameters {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let given = |name| matches.get_one::<f64>(name).map(|number| (name, *number));
+        Ok(Self(OPTIONS.iter().filter_map(|(parameter, _)| given(parameter.name)).collect()))
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// Reads the name of a fault; the help says what each is and what it needs.
 pub(super) fn kinds() -> impl TypedValueParser<Value = FaultKind> {
-    let names = FaultKind::ALL.map(FaultKind::as_str);
-    PossibleValuesParser::new(names).try_map(|name| {
-        let kind = FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name);
-        kind.ok_or_else(|| format!("unknown fault `{name}`"))
-    })
+    let value = |kind: FaultKind| {
+        let brief = kind.help().split(". ").next().unwrap_or_default().trim_end_matches('.');
+        let options: Vec<String> = kind.parameters().iter().map(|one| option(one.name)).collect();
+        let help = match &options[..] {
+            [] => brief.to_owned(),
+            options => format!("{brief} ({})", options.join(", ")),
+        };
+        PossibleValue::new(kind.as_str()).help(help)
+    };
+    PossibleValuesParser::new(FaultKind::ALL.map(value))
+        .try_map(|name| FaultKind::named(&name).ok_or_else(|| format!("unknown fault `{name}`")))
 }
 
 impl FaultParameters {
     /// The fault of this kind with these parameters, or none without a kind.
     pub(super) fn fault(&self, kind: Option<FaultKind>) -> Result<Option<Fault>, String> {
-        let fault = kind.map(|kind| self.with(kind));
-        let wanted = fault.map(|fault| fault.parameters()).unwrap_or_default();
-        for (name, value) in self.all() {
-            let what = kind.map_or("a repair".to_owned(), |kind| format!("`{kind}`"));
-            match (wanted.iter().any(|(wanted, _)| *wanted == name), value) {
-                (true, None) => return Err(format!("{what} needs {}", flag(name))),
-                (false, Some(_)) => return Err(format!("{what} takes no {}", flag(name))),
-                _ => {}
+        let what = kind.map_or("a repair".to_owned(), |kind| format!("`{kind}`"));
+        let needed = kind.map_or(&[][..], FaultKind::parameters);
+        for (name, _) in &self.0 {
+            if needed.iter().all(|parameter| parameter.name != *name) {
+                return Err(format!("{what} takes no {}", option(name)));
             }
         }
-        if let Some(fault) = &fault {
-            fault.check().map_err(|error| error.to_string())?;
+        let number = |name| self.0.iter().find(|(given, _)| *given == name).map(|given| given.1);
+        if let Some(missing) = needed.iter().find(|parameter| number(parameter.name).is_none()) {
+            return Err(format!("{what} needs {}", option(missing.name)));
         }
+        // What is missing would not be a number.
+        let fault = kind.map(|kind| Fault::new(kind, |name| number(name).unwrap_or(f64::NAN)));
+        fault.map_or(Ok(()), |fault| fault.check()).map_err(|error| error.to_string())?;
         Ok(fault)
-    }
-
-    fn all(&self) -> [(&'static str, Option<f64>); 8] {
-        [
-            ("area_m2", self.area_m2),
-            ("offset_m", self.offset_m),
-            ("drift_m_per_s", self.drift_m_per_s),
-            ("increment_m", self.increment_m),
-            ("gain", self.gain),
-            ("closed_s", self.closed_s),
-            ("open_s", self.open_s),
-            ("band_m3_per_s", self.band_m3_per_s),
-        ]
-    }
-
-    /// What is missing is not a number here.
-    fn with(&self, kind: FaultKind) -> Fault {
-        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let (area_m2, offset_m) = (number(self.area_m2), number(self.offset_m));
-        let drift_m_per_s = number(self.drift_m_per_s);
-        match kind {
-            FaultKind::InternalLeakage => Fault::InternalLeakage { area_m2 },
-            FaultKind::ExternalLeakageA => Fault::ExternalLeakageA { area_m2 },
-            FaultKind::ExternalLeakageB => Fault::ExternalLeakageB { area_m2 },
-            FaultKind::HardOver => Fault::HardOver {},
-            FaultKind::Stiction => Fault::Stiction { band_m3_per_s: number(self.band_m3_per_s) },
-            FaultKind::Bias => Fault::Bias { offset_m },
-            FaultKind::Drift => Fault::Drift { drift_m_per_s },
-            FaultKind::RandomWalk => {
-                Fault::RandomWalk { drift_m_per_s, increment_m: number(self.increment_m) }
-            }
-            FaultKind::Gain => Fault::Gain { gain: number(self.gain) },
-            FaultKind::ZeroOutput => Fault::ZeroOutput {},
-            FaultKind::Stuck => Fault::Stuck {},
-            FaultKind::Intermittent => Fault::Intermittent {
-                offset_m,
-                closed_s: number(self.closed_s),
-                open_s: number(self.open_s),
-            },
-            FaultKind::NoSignal => Fault::NoSignal {},
-        }
     }
 }
 
-fn flag(name: &str) -> String {
+fn option(name: &str) -> String {
     format!("--{}", name.replace('_', "-"))
 }
 
@@ -111,41 +95,21 @@ fn flag(name: &str) -> String {
 mod tests {
     use super::*;
 
-    fn names(kind: FaultKind) -> Vec<&'static str> {
-        let parameters = FaultParameters::default().with(kind).parameters();
-        parameters.into_iter().map(|(name, _)| name).collect()
-    }
-
     #[test]
     fn every_fault_takes_its_own_parameters_and_no_others() {
-        let given = FaultParameters {
-            area_m2: Some(3e-7),
-            offset_m: Some(-6e-4),
-            drift_m_per_s: Some(2e-4),
-            increment_m: Some(2e-5),
-            gain: Some(0.9),
-            closed_s: Some(0.5),
-            open_s: Some(0.02),
-            band_m3_per_s: Some(1e-5),
-        };
+        // Times are longer than areas are wide.
+        let number = |name: &'static str| (name, if name.ends_with("_s") { 1e-3 } else { 1e-5 });
+        let given = OPTIONS.iter().map(|(parameter, _)| number(parameter.name));
+        let given = FaultParameters(given.collect());
         for kind in FaultKind::ALL {
-            let only = |name, value: Option<f64>| value.filter(|_| names(kind).contains(&name));
-            let own = FaultParameters {
-                area_m2: only("area_m2", given.area_m2),
-                offset_m: only("offset_m", given.offset_m),
-                drift_m_per_s: only("drift_m_per_s", given.drift_m_per_s),
-                increment_m: only("increment_m", given.increment_m),
-                gain: only("gain", given.gain),
-                closed_s: only("closed_s", given.closed_s),
-                open_s: only("open_s", given.open_s),
-                band_m3_per_s: only("band_m3_per_s", given.band_m3_per_s),
-            };
+            let names = kind.parameters().iter().map(|parameter| parameter.name);
+            let own = FaultParameters(names.clone().map(number).collect());
             assert_eq!(own.fault(Some(kind)).unwrap().map(|fault| fault.kind()), Some(kind));
             let problem = given.fault(Some(kind)).unwrap_err();
             assert!(problem.contains("takes no --"), "{problem}");
-            if let Some(first) = names(kind).first() {
+            if let Some(first) = { names }.next() {
                 let problem = FaultParameters::default().fault(Some(kind)).unwrap_err();
-                assert_eq!(problem, format!("`{kind}` needs {}", flag(first)));
+                assert_eq!(problem, format!("`{kind}` needs {}", option(first)));
             }
         }
         assert_eq!(FaultParameters::default().fault(None), Ok(None));
@@ -154,11 +118,11 @@ mod tests {
 
     #[test]
     fn a_size_out_of_range_is_named() {
-        let given = FaultParameters { offset_m: Some(7.0), ..FaultParameters::default() };
-        let problem = given.fault(Some(FaultKind::Bias)).unwrap_err();
+        let problem =
+            FaultParameters(vec![("offset_m", 7.0)]).fault(Some(FaultKind::Bias)).unwrap_err();
         assert!(problem.contains("offset_m") && problem.contains("±1 m"), "{problem}");
-        let given = FaultParameters { gain: Some(0.0), ..FaultParameters::default() };
-        let problem = given.fault(Some(FaultKind::Gain)).unwrap_err();
+        let problem =
+            FaultParameters(vec![("gain", 0.0)]).fault(Some(FaultKind::Gain)).unwrap_err();
         assert!(problem.contains("`gain`") && problem.contains("`zero_output`"), "{problem}");
     }
 }

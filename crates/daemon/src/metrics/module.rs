@@ -5,10 +5,7 @@ use std::fmt;
 use std::time::Duration;
 
 use vocabulary::fault::FaultKind;
-use vocabulary::{
-    Component, Counters, FaultState, InquiryCounters, IntakeCounters, JournalStatus, ModulePhase,
-    ModuleStatus, PeerStatus, PublisherCounters,
-};
+use vocabulary::{Component, FaultState, JournalStatus, ModulePhase, ModuleStatus, PeerStatus};
 
 use shell::health::Sheet;
 
@@ -26,6 +23,14 @@ const STATES: [FaultState; 7] = [
 
 /// The ways in which an alarm is set aside.
 const HOW: [&str; 2] = ["shelved", "suppressed"];
+
+/// The metrics that have a counter for each value of a label, with their help and the label.
+const LABELLED: [(&str, &str, &str); 4] = [
+    ("trusswatch_samples_rejected", "Samples that were not diagnosed, by reason.", "reason"),
+    ("trusswatch_questions_received", "Peers' queries, by outcome.", "outcome"),
+    ("trusswatch_requests", "Requests, by outcome.", "outcome"),
+    ("trusswatch_commands", "Operators' commands.", "outcome"),
+];
 
 /// A diagnoser as it was when it last published its status.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,10 +98,7 @@ pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result
     let help = "Components that agree with their reference as of the latest window.";
     sheet.gauge("trusswatch_components_verified", help, status.verified)?;
     write_identifications(identifications, sheet)?;
-    write_samples(&status.intake, &status.diagnosis, sheet)?;
-    write_diagnosis(&status.diagnosis, sheet)?;
-    write_inquiries(&status.inquiries, sheet)?;
-    write_outgoing(&status.publisher, sheet)?;
+    write_counters(status, sheet)?;
     write_journal(&status.journal, sheet)?;
     write_peers(&status.peers, sheet)
 }
@@ -199,86 +201,19 @@ fn write_identifications(report: &IdentificationReport, sheet: &mut Sheet<'_>) -
     sheet.counters("trusswatch_identifications_missed", help, "reason", missed)
 }
 
-fn write_samples(
-    intake: &IntakeCounters,
-    diagnosis: &Counters,
-    sheet: &mut Sheet<'_>,
-) -> fmt::Result {
-    let help = "Everything that came on the sample key.";
-    sheet.counter("trusswatch_samples_received", help, intake.received)?;
-    sheet.counter("trusswatch_samples_diagnosed", "Samples diagnosed.", diagnosis.samples)?;
-    let rejected = [
-        ("dropped", intake.dropped),
-        ("malformed", intake.malformed),
-        ("unknown_version", intake.unknown_version),
-        ("wrong_message", intake.wrong_message),
-        ("other_module", intake.other_module),
-        ("other_source", intake.other_source),
-        ("repeated", diagnosis.samples_repeated),
-        ("late", diagnosis.samples_late),
-        ("far_ahead", diagnosis.samples_far_ahead),
-        ("wrong_length", diagnosis.samples_wrong_length),
-    ];
-    let help = "Samples that were not diagnosed, by reason.";
-    sheet.counters("trusswatch_samples_rejected", help, "reason", rejected)?;
-    let help = "Samples with a value that is missing or implausible; the others were used.";
-    sheet.counter("trusswatch_samples_incomplete", help, diagnosis.samples_non_finite)?;
-    let missing = diagnosis.samples_missing;
-    sheet.counter("trusswatch_samples_missing", "Steps for which no sample came.", missing)?;
-    let help = "Missed samples recovered from the publisher.";
-    sheet.counter("trusswatch_samples_recovered", help, intake.recovered)?;
-    let help = "Queries for missed samples that recovered nothing.";
-    sheet.counter("trusswatch_recoveries_failed", help, intake.recoveries_failed)?;
-    let help = "Samples, diagnosed all the same, whose time was not later than the one before's.";
-    sheet.counter("trusswatch_sample_timestamps_not_increasing", help, intake.clock_standing)?;
-    let help = "Backlogs dropped to catch up with the present.";
-    sheet.counter("trusswatch_resynchronisations", help, intake.resynchronised)?;
-    sheet.counter("trusswatch_sample_timeouts", "Times that samples stopped.", intake.silences)
-}
-
-fn write_diagnosis(counters: &Counters, sheet: &mut Sheet<'_>) -> fmt::Result {
-    sheet.counter("trusswatch_runs", "Runs begun.", counters.runs)?;
-    let help = "Channels lost and restarted.";
-    sheet.counter("trusswatch_channel_restarts", help, counters.restarts)?;
-    let help = "Times that a channel's divergence reached its threshold.";
-    sheet.counter("trusswatch_changes", help, counters.changes)?;
-    let help = "Changes given up without a verdict: too many of their channel were open.";
-    sheet.counter("trusswatch_changes_unjudged", help, counters.changes_unjudged)?;
-    let help = "Queries to peers.";
-    sheet.counter("trusswatch_questions_asked", help, counters.questions_asked)?;
-    let help = "Queries to peers that went unanswered.";
-    sheet.counter("trusswatch_questions_unanswered", help, counters.questions_unanswered)?;
-    let help = "Answers of peers that did not fit.";
-    sheet.counter("trusswatch_answers_malformed", help, counters.answers_malformed)?;
-    let help = "Explained changes whose explanation the peer did not stand by.";
-    sheet.counter("trusswatch_verdicts_disputed", help, counters.verdicts_disputed)?;
-    let help = "Peers' queries, by outcome.";
-    let outcomes = [("answered", counters.answers_given), ("refused", counters.questions_refused)];
-    sheet.counters("trusswatch_questions_received", help, "outcome", outcomes)
-}
-
-fn write_inquiries(counters: &InquiryCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
-    let help = "Requests received: queries for changes, faults and history, and commands.";
-    sheet.counter("trusswatch_requests_received", help, counters.received)?;
-    let outcomes = [
-        ("answered", counters.answered),
-        ("refused", counters.refused),
-        ("malformed", counters.malformed),
-        ("turned_away", counters.turned_away),
-    ];
-    let help = "Requests, by outcome.";
-    sheet.counters("trusswatch_requests", help, "outcome", outcomes)?;
-    let outcomes = [("accepted", counters.orders_obeyed), ("refused", counters.orders_refused)];
-    sheet.counters("trusswatch_commands", "Operators' commands.", "outcome", outcomes)
-}
-
-fn write_outgoing(counters: &PublisherCounters, sheet: &mut Sheet<'_>) -> fmt::Result {
-    let help = "Events published: transitions, identifications, changes, phases, inputs.";
-    sheet.counter("trusswatch_events_published", help, counters.events)?;
-    let help = "Events dropped: outgoing queue full.";
-    sheet.counter("trusswatch_events_lost", help, counters.events_lost)?;
-    let help = "Replies for which there was no room.";
-    sheet.counter("trusswatch_replies_lost", help, counters.replies_lost)
+fn write_counters(status: &ModuleStatus, sheet: &mut Sheet<'_>) -> fmt::Result {
+    let ModuleStatus { intake, diagnosis, inquiries, publisher, .. } = status;
+    let parts =
+        [intake.metrics(), diagnosis.metrics(), inquiries.metrics(), publisher.metrics()].concat();
+    for metric in parts.iter().filter(|metric| metric.label.is_none()) {
+        sheet.counter(metric.name, metric.help, metric.count)?;
+    }
+    for (name, help, label) in LABELLED {
+        let of = parts.iter().filter(|metric| metric.name == name);
+        let counts = of.filter_map(|metric| Some((metric.label?, metric.count)));
+        sheet.counters(name, help, label, counts)?;
+    }
+    Ok(())
 }
 
 fn write_journal(journal: &JournalStatus, sheet: &mut Sheet<'_>) -> fmt::Result {

@@ -8,7 +8,7 @@ use vocabulary::{
 
 use super::situation::Situation;
 use crate::case::{CampaignCase, SampleGap};
-use crate::draw::{Draw, fault_of_size};
+use crate::draw::Draw;
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
@@ -155,13 +155,13 @@ impl Hidden<'_> {
         let fault = match kind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
-            | FaultKind::ExternalLeakageB => fault_of_size(kind, self.leak_m2()),
+            | FaultKind::ExternalLeakageB => Fault::of_size(kind, self.leak_m2()),
             FaultKind::Bias => {
                 let bias = self.of.bias_strain;
                 let range = bias.map_or_else(|| sizes((self.smallest)(&component)), |b| [b; 2]);
-                fault_of_size(kind, self.signed(range) * length)
+                Fault::of_size(kind, self.signed(range) * length)
             }
-            _ => fault_of_size(kind, 0.0),
+            _ => Fault::of_size(kind, 0.0),
         };
         Some(TimedFault { at, until: None, component, fault })
     }

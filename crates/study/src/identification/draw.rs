@@ -11,7 +11,7 @@ use vocabulary::{
 
 use crate::case::CampaignCase;
 use crate::conditions::Situation;
-use crate::draw::{Draw, fault_of_size};
+use crate::draw::Draw;
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
@@ -133,22 +133,22 @@ impl Draw<'_> {
         let size = in_limits * limit(kind).unwrap_or(0.0);
         let size_m = size * gage_length_m(&self.system.structure, component);
         match kind {
-            FaultKind::Bias | FaultKind::Drift => fault_of_size(kind, self.sign() * size_m),
-            // The limit is for steps of a millisecond; the spread of a walk grows with the square root of time.
+            FaultKind::Bias | FaultKind::Drift => Fault::of_size(kind, self.sign() * size_m),
+            // The limit is for steps of a millisecond; a walk's spread grows with the root of time.
             FaultKind::RandomWalk => {
-                fault_of_size(kind, size_m * (self.system.parameters.step_s / 1e-3).sqrt())
+                Fault::of_size(kind, size_m * (self.system.parameters.step_s / 1e-3).sqrt())
             }
             // A gain below one can deviate by at most one.
             FaultKind::Gain => match size < 0.9 && self.generator.random() {
-                true => fault_of_size(kind, 1.0 - size),
-                false => fault_of_size(kind, 1.0 + size),
+                true => Fault::of_size(kind, 1.0 - size),
+                false => Fault::of_size(kind, 1.0 + size),
             },
             FaultKind::Intermittent => Fault::Intermittent {
                 offset_m: self.sign() * size_m,
                 closed_s: self.log_uniform([0.02, 1.0]),
                 open_s: self.log_uniform([0.02, 0.5]),
             },
-            _ => fault_of_size(kind, size),
+            _ => Fault::of_size(kind, size),
         }
     }
 

@@ -3,10 +3,7 @@
 use diagnosis::Verdict;
 use diagnosis::identification::{DECIDED, IdentificationResult};
 use serde::{Deserialize, Serialize};
-use vocabulary::{
-    ComponentPath, Step,
-    fault::{Fault, FaultKind},
-};
+use vocabulary::{ComponentPath, Step, fault::FaultKind};
 
 use super::draw::IdentificationTask;
 use crate::case::{CampaignCase, CaseRun};
@@ -53,7 +50,7 @@ pub struct IdentificationRow {
     pub fault: String,
     /// Its kind.
     pub kind: FaultKind,
-    /// Its size in the unit of its parameter, if a diagnoser states it for this kind.
+    /// Its size in the unit of its kind, if it has one.
     pub size: Option<f64>,
     /// The size in limits of its kind, if it has one.
     pub in_limits: Option<f64>,
@@ -79,7 +76,7 @@ impl IdentificationRow {
             component: subject.component.clone(),
             fault: subject.fault.to_string(),
             kind: subject.fault.kind(),
-            size: stated_size(&subject.fault),
+            size: subject.fault.size(),
             in_limits: case.kind.in_limits,
             named_after_s: None,
             words: Vec::new(),
@@ -120,22 +117,4 @@ impl IdentificationRow {
 fn seconds(from: Step, until: Step, step_s: f64) -> f64 {
     // A billionth of a second is finer than any step.
     (until.since(from) as f64 * step_s * 1e9).round() / 1e9
-}
-
-/// The size that corresponds to [`Candidate::size`](vocabulary::Candidate::size).
-fn stated_size(fault: &Fault) -> Option<f64> {
-    match *fault {
-        Fault::InternalLeakage { area_m2 }
-        | Fault::ExternalLeakageA { area_m2 }
-        | Fault::ExternalLeakageB { area_m2 } => Some(area_m2),
-        Fault::Bias { offset_m } | Fault::Intermittent { offset_m, .. } => Some(offset_m),
-        Fault::Drift { drift_m_per_s } => Some(drift_m_per_s),
-        Fault::RandomWalk { increment_m, .. } => Some(increment_m),
-        Fault::Gain { gain } => Some(gain),
-        Fault::HardOver {}
-        | Fault::Stiction { .. }
-        | Fault::ZeroOutput {}
-        | Fault::Stuck {}
-        | Fault::NoSignal {} => None,
-    }
 }

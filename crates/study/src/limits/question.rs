@@ -13,7 +13,7 @@ use vocabulary::{
 };
 
 use crate::case::CampaignCase;
-use crate::draw::{Draw, components_that_can_have, fault_of_size};
+use crate::draw::{Draw, components_that_can_have};
 use crate::rig::TimedFault;
 use crate::system::{System, gage_length_m};
 
@@ -150,15 +150,15 @@ impl SizedKind {
         let (length_m, parameters) = of;
         let noise_m = size * parameters.gages.noise_strain * length_m;
         match self {
-            Self::Bias => fault_of_size(kind, sign * size * 1e-6 * length_m),
-            Self::BiasInNoise => fault_of_size(kind, noise_m),
+            Self::Bias => Fault::of_size(kind, sign * size * 1e-6 * length_m),
+            Self::BiasInNoise => Fault::of_size(kind, noise_m),
             Self::WalkInNoise => Fault::RandomWalk {
                 drift_m_per_s: 0.0,
                 increment_m: noise_m * (parameters.step_s / 1e-3).sqrt(),
             },
             Self::DriftInNoise => Fault::RandomWalk { drift_m_per_s: noise_m, increment_m: 0.0 },
-            Self::LeakInNoise => fault_of_size(kind, size * leak_unit_m2(parameters)),
-            Self::InternalLeakage | Self::ExternalLeakage => fault_of_size(kind, size),
+            Self::LeakInNoise => Fault::of_size(kind, size * leak_unit_m2(parameters)),
+            Self::InternalLeakage | Self::ExternalLeakage => Fault::of_size(kind, size),
         }
     }
 }

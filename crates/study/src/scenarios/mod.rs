@@ -18,7 +18,7 @@ pub use summary::{FoundCount, Isolation, Nominal, READABLE, ScenarioSummary};
 
 use crate::campaign::{Campaign, Rows};
 use crate::case::{CampaignCase, CaseRun};
-use crate::draw::{Draw, fault_of_size};
+use crate::draw::Draw;
 use crate::error::StudyError;
 use crate::figure::{figure4, figure5, figure6};
 use crate::report::{ReportFigure, Table};
@@ -76,19 +76,14 @@ impl ScenarioRanges {
         Some(match kind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
-            | FaultKind::ExternalLeakageB => fault_of_size(kind, uniform(self.leak_area_m2)),
-            FaultKind::Bias => fault_of_size(kind, length_m * uniform(self.bias_strain)),
+            | FaultKind::ExternalLeakageB => Fault::of_size(kind, uniform(self.leak_area_m2)),
+            FaultKind::Bias => Fault::of_size(kind, length_m * uniform(self.bias_strain)),
             FaultKind::RandomWalk => Fault::RandomWalk {
                 drift_m_per_s: length_m * uniform(self.drift_strain_per_s),
                 increment_m: length_m * uniform(self.increment_strain) * per_ms,
             },
-            FaultKind::HardOver | FaultKind::ZeroOutput => fault_of_size(kind, 0.0),
-            FaultKind::Stiction
-            | FaultKind::Drift
-            | FaultKind::Gain
-            | FaultKind::Stuck
-            | FaultKind::Intermittent
-            | FaultKind::NoSignal => return None,
+            FaultKind::HardOver | FaultKind::ZeroOutput => Fault::of_size(kind, 0.0),
+            _ => return None,
         })
     }
 }

@@ -72,6 +72,7 @@ pub fn in_small_units(unit: &str) -> (f64, String) {
         "m per step" => "µm per step",
         "m²" => "mm²",
         "m³" => "cm³",
+        "m³/s" => "cm³/s",
         "1" => return (1.0, String::new()),
         other => return (1.0, printable(other)),
     };
@@ -101,15 +102,11 @@ mod tests {
     use super::*;
     use crate::{RunId, Step};
 
-    fn fault_kind(name: &str) -> FaultKind {
-        FaultKind::ALL.into_iter().find(|kind| kind.as_str() == name).unwrap()
-    }
-
     /// Without sizes.
     fn identification(decided: bool, kinds: &[&str]) -> Identification {
         let candidate = |kind: &&str| {
             let probability = if decided { 0.987 } else { 0.5 };
-            Candidate { kind: fault_kind(kind), probability, size: None }
+            Candidate { kind: FaultKind::named(kind).unwrap(), probability, size: None }
         };
         Identification {
             structure: "tower".parse().unwrap(),
@@ -127,7 +124,7 @@ mod tests {
 
     fn sized(kind: &str, [low, value, high]: [f64; 3]) -> Candidate {
         let size = Some(FaultSize { value, low, high });
-        Candidate { kind: fault_kind(kind), probability: 0.99, size }
+        Candidate { kind: FaultKind::named(kind).unwrap(), probability: 0.99, size }
     }
 
     #[test]
