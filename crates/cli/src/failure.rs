@@ -19,6 +19,7 @@ Exit codes:
     3  a file that cannot be used
     4  network failure or no answer
     5  ack, reset: done, but not saved on the module's disk
+    6  replay --verify: no difference, but not everything recorded could be compared
   130  interrupted before it was done";
 
 /// Why a command failed.
@@ -86,6 +87,11 @@ impl Failure {
     /// Done, but not saved, for each of these reasons.
     pub(crate) fn not_saved(messages: Vec<String>) -> Failure {
         Failure { exit_code: 5, messages }
+    }
+
+    /// No difference was found, but not everything was compared, for each of these reasons.
+    pub(crate) fn not_compared(messages: Vec<String>) -> Failure {
+        Failure { exit_code: 6, messages }
     }
 
     /// The network, for each of these reasons.
