@@ -153,6 +153,14 @@ fn other_settings_stand_beside_what_was() {
     same.succeeds();
     let row = same.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
     assert_eq!(row.matches("latched").count(), 2, "{row}");
+    let (_directory, late) = recording(|messages| {
+        messages.retain(|m| !(m.topic.ends_with("/sample") && m.step < 5500));
+    });
+    let part = replay(&late, &["--threshold-factor", "1"]);
+    part.succeeds();
+    let row = part.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
+    let states = ["latched", "unknown", "only a part is recorded"];
+    assert!(states.iter().all(|state| row.contains(state)), "{}", part.stdout);
     replay(&files, &["--threshold-factor", "-1"]).fails(2, &["`--threshold-factor` is -1"]);
 }
 
