@@ -19,6 +19,7 @@ Exit codes:
     3  a file that cannot be used
     4  network failure or no answer
     5  ack, reset: done, but not saved on the module's disk
+    6  replay --verify: no difference, but not everything recorded could be compared
   130  interrupted before it was done";
 
 /// Why a command failed.
@@ -88,7 +89,12 @@ impl Failure {
         Failure { exit_code: 5, messages }
     }
 
-    /// Network failures, for these reasons.
+    /// No difference was found, but not everything was compared, for each of these reasons.
+    pub(crate) fn not_compared(messages: Vec<String>) -> Failure {
+        Failure { exit_code: 6, messages }
+    }
+
+    /// The network, for each of these reasons.
     pub(crate) fn networks(messages: Vec<String>) -> Failure {
         Failure { exit_code: 4, messages }
     }

@@ -19,7 +19,17 @@ pub struct Messages<'a> {
     file: &'a Path,
     records: McapRecords,
     topics: BTreeMap<u16, String>,
+    /// How much the file has been unpacked to so far \[bytes\].
+    unpacked: u64,
 }
+
+/// Most that a file may unpack to, in comparison with its length. Its readers keep that, and what a recorder writes
+/// unpacks to some ten times its length.
+const MOST_COMPRESSED: u64 = 256;
+/// The same whatever its length \[bytes\].
+const UNPACKED_ANYWAY: u64 = 16 * 1024 * 1024;
+/// What a message needs besides its topic and its payload \[bytes\].
+const PER_MESSAGE: usize = 64;
 
 impl Recording {
     /// Opens a file; one that was not finished too.
@@ -39,7 +49,7 @@ impl Recording {
     /// same.
     pub fn messages(&self) -> Result<Messages<'_>, RecordingError> {
         let records = self.records()?;
-        Ok(Messages { file: &self.file, records, topics: BTreeMap::new() })
+        Ok(Messages { file: &self.file, records, topics: BTreeMap::new(), unpacked: 0 })
     }
 
     /// What is said about it, in the order in which it was written. Of several of one name, the last counts.
@@ -69,8 +79,23 @@ impl Messages<'_> {
         self.records.ending()
     }
 
+    /// Counts what the next record unpacks to.
+    fn count(&mut self, length: usize) -> Result<(), RecordingError> {
+        self.unpacked += length as u64;
+        let read = self.records.position();
+        if self.unpacked <= UNPACKED_ANYWAY.max(read.saturating_mul(MOST_COMPRESSED)) {
+            return Ok(());
+        }
+        self.records.end();
+        let problem = format!(
+            "the chunk before byte {read} unpacks to more than {MOST_COMPRESSED} times what the file has so far; the rest \
+             is left out"
+        );
+        Err(RecordingError::reading(self.file, &problem))
+    }
+
     fn message(
-        &self,
+        &mut self,
         header: &MessageHeader,
         payload: Vec<u8>,
     ) -> Result<Recorded, RecordingError> {
@@ -79,14 +104,16 @@ impl Messages<'_> {
             let problem = format!("a message of channel {channel_id}, which is not described");
             RecordingError::reading(self.file, &problem)
         })?;
+        self.count(topic.len() + payload.len() + PER_MESSAGE)?;
         Ok(Recorded { topic, time_unix_ns: log_time, sequence, payload })
     }
 
     fn of_record(&mut self, record: Record<'static>) -> Option<Result<Recorded, RecordingError>> {
         match record {
             Record::Channel(channel) => {
+                let counted = self.count(channel.topic.len()).err();
                 self.topics.insert(channel.id, channel.topic);
-                None
+                counted.map(Err)
             }
             Record::Message { header, data } => Some(self.message(&header, data.into_owned())),
             // A recorder writes none: what it was before it was damaged is not known.

@@ -2,8 +2,8 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
+use std::ops::Range;
 use std::path::Path;
-use std::vec;
 
 use crc32fast::Hasher;
 use mcap::records::{Record, op};
@@ -59,7 +59,9 @@ pub(crate) struct McapRecords {
     position: u64,
     record: Vec<u8>,
     unpacker: Unpacker,
-    unpacked: vec::IntoIter<Record<'static>>,
+    /// Where the chunk begins that is being unpacked.
+    chunk: Option<u64>,
+    single: Option<Record<'static>>,
     /// Of the data, until their end; then of the summary.
     checksum: Hasher,
     ending: Option<Ending>,
@@ -80,7 +82,8 @@ impl McapRecords {
             position: 0,
             record: Vec::new(),
             unpacker: Unpacker::new(),
-            unpacked: Vec::new().into_iter(),
+            chunk: None,
+            single: None,
             checksum: Hasher::new(),
             ending: None,
             skips_chunks: false,
@@ -98,6 +101,16 @@ impl McapRecords {
     /// How the file ends, once it has been read.
     pub(crate) fn ending(&self) -> Option<Ending> {
         self.ending
+    }
+
+    /// How much of the file has been read \[bytes\].
+    pub(crate) fn position(&self) -> u64 {
+        self.position
+    }
+
+    /// Reads nothing of the rest.
+    pub(crate) fn end(&mut self) {
+        (self.chunk, self.ending) = (None, Some(Ending::Unfinished));
     }
 
     fn magic(&mut self) -> io::Result<()> {
@@ -154,12 +167,39 @@ impl McapRecords {
         }
         self.read(length as usize).map_err(|error| self.unreadable(at, &error))?;
         let checked = self.check(opcode);
-        let records = match opcode {
-            op::CHUNK => self.unpacker.unpack(&self.record).map_err(|error| error.to_string()),
-            _ => self.single(opcode).map(|record| vec![record]),
-        };
-        self.unpacked = records.map_err(damage)?.into_iter();
+        if opcode == op::CHUNK {
+            self.begin_chunk(at).map_err(damage)?;
+        } else {
+            self.single = Some(self.single(opcode).map_err(damage)?);
+        }
         checked.map_err(damage)
+    }
+
+    /// The chunk that was read can be unpacked.
+    fn begin_chunk(&mut self, at: u64) -> Result<(), String> {
+        let header = &self.record[PREFIX..];
+        let length = header.get(LENGTH_UNPACKED).and_then(|bytes| bytes.first_chunk());
+        match length.map(|bytes| u64::from_le_bytes(*bytes)) {
+            Some(length) if length > LONGEST_CHUNK as u64 => Err(format!(
+                "a chunk of {length} bytes is too long: at most {LONGEST_CHUNK} bytes; it is left out"
+            )),
+            _ => {
+                self.unpacker.begin();
+                self.chunk = Some(at);
+                Ok(())
+            }
+        }
+    }
+
+    /// The next record of the chunk that is being unpacked.
+    fn unpack(&mut self) -> Option<Result<Record<'static>, McapDamage>> {
+        let at = self.chunk?;
+        let unpacked = self.unpacker.next(&self.record);
+        if !matches!(unpacked, Some(Ok(_))) {
+            self.chunk = None;
+        }
+        let damage = |error: McapError| McapDamage { at, problem: error.to_string() };
+        unpacked.map(|record| record.map_err(damage))
     }
 
     /// The record outside of chunks that was read.
@@ -235,8 +275,11 @@ impl Iterator for McapRecords {
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
-            if let Some(record) = self.unpacked.next() {
+            if let Some(record) = self.single.take() {
                 return Some(Ok(record));
+            }
+            if let Some(record) = self.unpack() {
+                return Some(record);
             }
             if self.ending.is_some() {
                 return None;
@@ -248,48 +291,60 @@ impl Iterator for McapRecords {
     }
 }
 
-/// Longest record, and longest chunk before and after unpacking: what a damaged file asks for is not to exhaust the
-/// memory \[bytes\].
+/// Where a chunk says how long it is unpacked: after the times of its first and last message \[bytes\].
+const LENGTH_UNPACKED: Range<usize> = 16..24;
+/// Longest record, and longest chunk before unpacking \[bytes\].
 const LONGEST: usize = 256 * 1024 * 1024;
+/// Longest chunk after unpacking: a small file may ask for any amount of memory \[bytes\].
+const LONGEST_CHUNK: usize = 64 * 1024 * 1024;
 
-/// Unpacks one chunk after another.
-struct Unpacker(LinearReader);
+/// Unpacks one chunk after another, record by record: all records of a chunk of small ones would need several times its
+/// length.
+struct Unpacker {
+    reader: LinearReader,
+    /// How much of the chunk the reader has been given \[bytes\].
+    given: usize,
+}
 
 impl Unpacker {
     fn new() -> Self {
-        // Nothing of a chunk is used before its checksum has been found right.
+        // Nothing of a chunk is used before its checksum, if it has one, has been found right.
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
             .with_record_length_limit(LONGEST);
-        Self(LinearReader::new_with_options(options))
+        Self { reader: LinearReader::new_with_options(options), given: 0 }
     }
 
-    /// The records in a chunk, which is given as a whole record.
-    fn unpack(&mut self, chunk: &[u8]) -> McapResult<Vec<Record<'static>>> {
-        let unpacked = self.try_unpack(chunk);
-        if unpacked.is_err() {
+    fn begin(&mut self) {
+        self.given = 0;
+    }
+
+    /// The next record in a chunk, which is given as a whole record, the same each time. None follows an error.
+    fn next(&mut self, chunk: &[u8]) -> Option<McapResult<Record<'static>>> {
+        let next = self.try_next(chunk).transpose();
+        if matches!(next, Some(Err(_))) {
             *self = Self::new();
         }
-        unpacked
+        next
     }
 
-    fn try_unpack(&mut self, mut rest: &[u8]) -> McapResult<Vec<Record<'static>>> {
-        let mut records = Vec::new();
+    fn try_next(&mut self, chunk: &[u8]) -> McapResult<Option<Record<'static>>> {
         loop {
-            match self.0.next_event().transpose()? {
+            match self.reader.next_event().transpose()? {
                 Some(LinearReadEvent::ReadRequest(need)) => {
+                    let rest = &chunk[self.given..];
                     if rest.is_empty() {
-                        return Ok(records);
+                        return Ok(None);
                     }
-                    let (now, later) = rest.split_at(need.min(rest.len()));
-                    self.0.insert(now.len()).copy_from_slice(now);
-                    self.0.notify_read(now.len());
-                    rest = later;
+                    let now = &rest[..need.min(rest.len())];
+                    self.reader.insert(now.len()).copy_from_slice(now);
+                    self.reader.notify_read(now.len());
+                    self.given += now.len();
                 }
                 Some(LinearReadEvent::Record { opcode, data }) => {
-                    records.push(mcap::parse_record(opcode, data)?.into_owned());
+                    return Ok(Some(mcap::parse_record(opcode, data)?.into_owned()));
                 }
                 None => return Err(McapError::UnexpectedEof),
             }

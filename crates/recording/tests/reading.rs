@@ -3,10 +3,12 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufWriter;
 
 use common::{read, sample, write};
-use mcap::MessageStream;
+use mcap::records::MessageHeader;
+use mcap::{MessageStream, WriteOptions};
 use proptest::prelude::*;
 use recording::{Ending, Metadata, Recorded, Recording, Writer};
 
@@ -134,6 +136,48 @@ fn what_is_said_about_a_recording_is_read_without_its_messages() {
     writer.finish().unwrap();
     assert_eq!(said(), [metadata]);
     assert_eq!(read(&file).len(), 2);
+}
+
+#[test]
+fn a_chunk_that_claims_to_be_longer_than_any_is_refused() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("a.mcap");
+    let synced = write(&file, 60, 20);
+    let mut bytes = fs::read(&file).unwrap();
+    let at = synced[1].0 as usize;
+    let (claimed, checksum) = (at + 9 + 16, at + 9 + 24);
+    bytes[claimed..claimed + 8].copy_from_slice(&10_000_000_000_u64.to_le_bytes());
+    bytes[checksum..checksum + 4].fill(0);
+    fs::write(&file, &bytes).unwrap();
+    let recording = Recording::open(&file).unwrap();
+    let (found, wrong): (Vec<_>, Vec<_>) = recording.messages().unwrap().partition(Result::is_ok);
+    assert_eq!(found.len(), 40);
+    let said = wrong[0].as_ref().unwrap_err().to_string();
+    let wanted =
+        format!("byte {at}: a chunk of 10000000000 bytes is too long: at most 67108864 bytes");
+    assert!(said.contains(&wanted), "{said}");
+}
+
+#[test]
+fn a_small_file_of_very_many_messages_is_not_read_to_its_end() {
+    let directory = tempfile::tempdir().unwrap();
+    let [file, copy] = ["a.mcap", "b.mcap"].map(|name| directory.path().join(name));
+    // Indexes of messages would make it longer.
+    let options = WriteOptions::new().emit_message_indexes(false);
+    let mut writer = options.create(BufWriter::new(File::create(&file).unwrap())).unwrap();
+    let channel_id = writer.add_channel(0, "t", "json", &BTreeMap::new()).unwrap();
+    let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };
+    let count = 300_000;
+    (0..count).for_each(|_| writer.write_to_known_channel(&header, &[]).unwrap());
+    writer.finish().unwrap();
+    drop(writer);
+    let recording = Recording::open(&file).unwrap();
+    let (found, wrong): (Vec<_>, Vec<_>) = recording.messages().unwrap().partition(Result::is_ok);
+    assert!((200_000..290_000).contains(&found.len()), "{}", found.len());
+    let said: Vec<String> = wrong.into_iter().map(|one| one.unwrap_err().to_string()).collect();
+    assert!(said.len() == 1 && said[0].contains("unpacks to more than 256 times"), "{said:?}");
+    // Copying keeps nothing.
+    assert_eq!(recording::recover(&file, &copy).unwrap().messages, count);
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::messages::{setup_fingerprint, to_setup};
 use vocabulary::{
-    DecodeError, Divergences, FaultTransition, Input, Key, ModuleConfiguration, ModuleName,
-    ModuleStatus, RunId, Step, StructureName, Topic, decode,
+    DecodeError, Divergences, FaultState, FaultTransition, Identification, Input, Key,
+    ModuleConfiguration, ModuleName, ModuleStatus, RunId, Step, StructureName, Topic, decode,
 };
 
 use crate::samples::Samples;
@@ -33,8 +34,10 @@ pub struct ModuleRecord {
     pub samples: Samples,
     /// What its processes took beside samples, by process and number.
     pub inputs: BTreeMap<u64, BTreeMap<u64, Input>>,
-    /// Its verdicts, by time.
+    /// Its verdicts, by time; those that were published again are there again.
     pub transitions: Vec<FaultTransition>,
+    /// What was found of its faults, by time.
+    pub identifications: Vec<Identification>,
     /// Its divergences, by time.
     pub divergences: Vec<Divergences>,
     /// Where it was, by time.
@@ -54,6 +57,7 @@ impl ModuleRecord {
             samples: Samples::default(),
             inputs: BTreeMap::new(),
             transitions: Vec::new(),
+            identifications: Vec::new(),
             divergences: Vec::new(),
             positions: Vec::new(),
             unreadable: 0,
@@ -61,16 +65,28 @@ impl ModuleRecord {
         }
     }
 
-    fn take(&mut self, topic: &Topic, payload: &[u8]) -> Result<(), DecodeError> {
+    fn take(&mut self, topic: &Topic, payload: &[u8]) -> Result<(), UnusableMessage> {
         match topic {
             Topic::Sample => self.samples.push(&decode(payload)?),
             Topic::Input => self.take_input(decode(payload)?),
-            Topic::Configuration => self.configurations.push(decode(payload)?),
+            Topic::Configuration => {
+                let message: ModuleConfiguration = decode(payload)?;
+                check_fingerprint(&message)?;
+                self.configurations.push(message);
+            }
             Topic::Fault(_) => {
                 let message: FaultTransition = decode(payload)?;
+                // A reply that the state is unknown for now is not a verdict, nor that there was none so far.
+                let is_verdict = message.state() != FaultState::Unknown
+                    && message.run.is_some()
+                    && message.sequence > 0;
+                if let Some(found) = &message.identification {
+                    self.take_identification((**found).clone());
+                }
                 self.note(message.time_unix_ns, message.run, message.decided_step);
-                self.transitions.push(message);
+                self.transitions.extend(is_verdict.then_some(message));
             }
+            Topic::Identification(_) => self.take_identification(decode(payload)?),
             Topic::Divergence => {
                 let message: Divergences = decode(payload)?;
                 self.note(message.time_unix_ns, Some(message.run), Some(message.step));
@@ -90,6 +106,11 @@ impl ModuleRecord {
         self.inputs.entry(input.process).or_default().insert(input.number, input);
     }
 
+    fn take_identification(&mut self, found: Identification) {
+        self.note(found.time_unix_ns, Some(found.run), Some(found.as_of_step));
+        self.identifications.push(found);
+    }
+
     fn note(&mut self, time_unix_ns: u64, run: Option<RunId>, step: Option<Step>) {
         let position = run.zip(step).map(|(run, step)| ModulePosition { time_unix_ns, run, step });
         self.positions.extend(position);
@@ -100,10 +121,35 @@ impl ModuleRecord {
         self.configurations.sort_by_key(|message| message.time_unix_ns);
         self.transitions.sort_by_key(|message| (message.time_unix_ns, message.sequence));
         self.transitions.dedup();
+        self.identifications.sort_by_key(|found| (found.time_unix_ns, found.sequence));
+        self.identifications.dedup();
         self.divergences.sort_by_key(|message| (message.time_unix_ns, message.step));
         self.divergences.dedup();
         self.positions.sort_unstable();
     }
+}
+
+/// Why a message cannot be used.
+#[derive(Debug, thiserror::Error)]
+enum UnusableMessage {
+    #[error(transparent)]
+    Unreadable(#[from] DecodeError),
+    #[error("invalid setup: {0}")]
+    Setup(#[from] serde_json::Error),
+    #[error("its setup has the fingerprint {found}, not {said}: it was changed")]
+    Changed { found: String, said: String },
+}
+
+/// A setup of another version may have other fields, and with them another fingerprint.
+fn check_fingerprint(message: &ModuleConfiguration) -> Result<(), UnusableMessage> {
+    if message.software != env!("CARGO_PKG_VERSION") {
+        return Ok(());
+    }
+    let found = setup_fingerprint(&to_setup(message)?)?;
+    if found == message.fingerprint {
+        return Ok(());
+    }
+    Err(UnusableMessage::Changed { found, said: message.fingerprint.clone() })
 }
 
 /// Messages being collected. Their order does not matter, nor how often one is there.

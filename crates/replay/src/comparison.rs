@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use diagnosis::identification::{Excerpt, identify};
 use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{Diagnoser, Transition};
 use serde_json::Value;
 use vocabulary::{
-    Channel, Divergences, FaultState, FaultTransition, ModuleName, RunId, Step, StructureName,
+    Channel, Divergences, FaultTransition, Identification, ModuleName, RunId, Step, StructureName,
 };
 
 use crate::collection::ModuleRecord;
@@ -26,10 +27,14 @@ pub struct ReplayComparison {
     pub verdicts: u64,
     /// Divergence messages that are.
     pub divergences: u64,
+    /// Identifications that are.
+    pub identifications: u64,
     /// Recorded verdicts that the replay did not reach.
     pub verdicts_unverified: u64,
     /// Recorded divergence messages that it did not.
     pub divergences_unverified: u64,
+    /// Recorded identifications that it did not.
+    pub identifications_unverified: u64,
     /// Verdicts of the replay that are not in the recording, though later ones are.
     pub verdicts_unrecorded: u64,
     /// Verdicts of the replay after the last one in the recording: at the end, not everything is published.
@@ -38,13 +43,15 @@ pub struct ReplayComparison {
     pub difference: Option<Difference>,
     module: ModuleName,
     structure: StructureName,
-    /// Recorded verdicts by sequence number, not yet replayed.
-    recorded: BTreeMap<u64, FaultTransition>,
+    /// Recorded verdicts by sequence number, not yet replayed; several of a number if they were published again.
+    recorded: BTreeMap<u64, Vec<FaultTransition>>,
     last_recorded: u64,
     /// Verdicts of the replay after the last recorded one.
     beyond: Vec<Transition>,
     /// Recorded divergences by run and step, each with how it differed from the replay.
     messages: BTreeMap<(RunId, Step), Vec<Waiting>>,
+    /// Recorded identifications by the verdict's sequence number and the latest step that counted, not yet replayed.
+    found: BTreeMap<(u64, Step), Vec<Identification>>,
     /// Samples so far, and at the first difference.
     steps: u64,
     difference_at: u64,
@@ -53,15 +60,17 @@ pub struct ReplayComparison {
 impl ReplayComparison {
     pub(crate) fn new(record: &ModuleRecord, course: &ProcessCourse) -> Self {
         let is_own = |time: u64| time >= course.process && time < course.until;
-        // A reply that the state is unknown for now is not a verdict.
-        let judged = |message: &&FaultTransition| {
-            let known = message.state() != FaultState::Unknown && message.run.is_some();
-            is_own(message.time_unix_ns) && message.sequence > 0 && known
-        };
-        let own = record.transitions.iter().filter(judged);
-        let own = own.filter(|message| message.sequence > course.memory.sequence);
-        let recorded: BTreeMap<u64, FaultTransition> =
-            own.map(|message| (message.sequence, message.clone())).collect();
+        let own = record.transitions.iter().filter(|message| is_own(message.time_unix_ns));
+        let mut recorded: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for message in own.filter(|message| message.sequence > course.memory.sequence) {
+            recorded.entry(message.sequence).or_default().push(message.clone());
+        }
+        let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for message in record.identifications.iter().filter(|message| is_own(message.time_unix_ns))
+        {
+            let at = (message.sequence, message.as_of_step);
+            found.entry(at).or_default().push(message.clone());
+        }
         let mut messages: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for message in record.divergences.iter().filter(|message| is_own(message.time_unix_ns)) {
             let at = (message.run, message.step);
@@ -70,8 +79,10 @@ impl ReplayComparison {
         Self {
             verdicts: 0,
             divergences: 0,
+            identifications: 0,
             verdicts_unverified: 0,
             divergences_unverified: 0,
+            identifications_unverified: 0,
             verdicts_unrecorded: 0,
             verdicts_beyond: 0,
             difference: None,
@@ -81,6 +92,7 @@ impl ReplayComparison {
             recorded,
             beyond: Vec::new(),
             messages,
+            found,
             steps: 0,
             difference_at: u64::MAX,
         }
@@ -104,13 +116,28 @@ impl ReplayComparison {
             }
             return;
         };
-        match self.compare(recorded, replayed) {
+        match recorded.into_iter().find_map(|recorded| self.compare(recorded, replayed)) {
             None => self.verdicts += 1,
             Some(difference) => self.differs(self.steps, difference),
         }
     }
 
-    fn compare(&self, recorded: FaultTransition, replayed: &Transition) -> Option<Difference> {
+    /// The replay has a fault identified.
+    pub(crate) fn identification(&mut self, excerpt: &Excerpt) {
+        let Some(recorded) = self.found.remove(&(excerpt.sequence, excerpt.as_of)) else { return };
+        let speaker = Speaker::of(self.structure.clone(), self.module.clone());
+        let replayed = speaker.identification(identify(excerpt), 0);
+        for recorded in recorded {
+            match identification_difference(recorded, &replayed) {
+                None => self.identifications += 1,
+                Some(difference) => self.differs(self.steps, difference),
+            }
+        }
+    }
+
+    fn compare(&self, mut recorded: FaultTransition, replayed: &Transition) -> Option<Difference> {
+        // What is published again tells whether the run has ended meanwhile.
+        recorded.run_ended = replayed.run_ended;
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
         let (run, step) = (recorded.run?, recorded.decided_step?);
         let component = recorded.component.component.clone();
@@ -166,11 +193,19 @@ impl ReplayComparison {
                 }
             }
         }
-        for message in std::mem::take(&mut self.recorded).into_values() {
+        for messages in std::mem::take(&mut self.recorded).into_values() {
             if falls_short {
                 self.verdicts_unverified += 1;
             } else {
-                self.lacks(&message);
+                messages.iter().for_each(|message| self.lacks(message));
+            }
+        }
+        for message in std::mem::take(&mut self.found).into_values().flatten() {
+            if falls_short {
+                self.identifications_unverified += 1;
+            } else {
+                let none = ("identification".to_owned(), "there".to_owned(), "none".to_owned());
+                self.differs(u64::MAX - 1, of_identification(message, none));
             }
         }
         let margin = (UNPUBLISHED_S / course.setup.step_s).round() as u64;
@@ -214,6 +249,30 @@ impl ReplayComparison {
         };
         self.differs(u64::MAX - 1, difference);
     }
+}
+
+/// The first field that is not the same. What was measured is told only in answer to a question.
+fn identification_difference(
+    mut recorded: Identification,
+    replayed: &Identification,
+) -> Option<Difference> {
+    recorded.time_unix_ns = replayed.time_unix_ns;
+    let replayed = match &recorded.signature {
+        Some(_) => replayed.clone(),
+        None => replayed.clone().without_signature(),
+    };
+    let value = |message: &Identification| serde_json::to_value(message).unwrap_or_default();
+    let (field, one, other) = first_field(&value(&recorded), &value(&replayed))?;
+    Some(of_identification(recorded, (format!("identification.{field}"), one, other)))
+}
+
+fn of_identification(
+    message: Identification,
+    (field, recorded, replayed): (String, String, String),
+) -> Difference {
+    let Identification { module, run, as_of_step: step, component, .. } = message;
+    let component = component.component;
+    Difference { module, run, step, component, field, recorded, replayed }
 }
 
 fn not_reached(message: &Divergences) -> Option<Difference> {

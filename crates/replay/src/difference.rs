@@ -38,17 +38,29 @@ impl fmt::Display for Difference {
 
 /// The first field in which two objects differ, with both values. Numbers are the same if all their bits are.
 pub(crate) fn first_field(recorded: &Value, replayed: &Value) -> Option<(String, String, String)> {
-    let (Value::Object(one), Value::Object(other)) = (recorded, replayed) else {
-        let (one, other) = (recorded.to_string(), replayed.to_string());
-        return (one != other).then(|| (String::new(), one, other));
-    };
-    let names = one.keys().chain(other.keys().filter(|name| !one.contains_key(*name)));
-    names.into_iter().find_map(|name| {
-        let value = |of: &serde_json::Map<String, Value>| of.get(name).cloned().unwrap_or_default();
-        let (inner, recorded, replayed) = first_field(&value(one), &value(other))?;
-        let path = if inner.is_empty() { name.clone() } else { format!("{name}.{inner}") };
+    let inside = |name: &dyn fmt::Display, recorded: &Value, replayed: &Value| {
+        let (inner, recorded, replayed) = first_field(recorded, replayed)?;
+        let path = if inner.is_empty() { name.to_string() } else { format!("{name}.{inner}") };
         Some((path, recorded, replayed))
-    })
+    };
+    match (recorded, replayed) {
+        (Value::Object(one), Value::Object(other)) => {
+            let names = one.keys().chain(other.keys().filter(|name| !one.contains_key(*name)));
+            names.into_iter().find_map(|name| {
+                let value =
+                    |of: &serde_json::Map<String, Value>| of.get(name).cloned().unwrap_or_default();
+                inside(name, &value(one), &value(other))
+            })
+        }
+        (Value::Array(one), Value::Array(other)) if one.len() == other.len() => {
+            let mut pairs = one.iter().zip(other).enumerate();
+            pairs.find_map(|(place, (one, other))| inside(&place, one, other))
+        }
+        _ => {
+            let (one, other) = (recorded.to_string(), replayed.to_string());
+            (one != other).then(|| (String::new(), one, other))
+        }
+    }
 }
 
 #[cfg(test)]
@@ -63,6 +75,9 @@ mod tests {
         let other = json!({ "a": 1.0, "b": { "c": -0.0, "d": null } });
         let wanted = Some(("b.c".to_owned(), "0.0".to_owned(), "-0.0".to_owned()));
         assert_eq!(first_field(&one, &other), wanted);
+        let of_list = json!({ "a": 1.0, "b": [{ "c": 2 }, { "c": 4 }] });
+        let changed = json!({ "a": 1.0, "b": [{ "c": 2 }, { "c": 5 }] });
+        assert_eq!(first_field(&of_list, &changed).unwrap().0, "b.1.c");
         let less = json!({ "a": 1.0 });
         assert_eq!(first_field(&less, &one).unwrap().0, "b");
     }

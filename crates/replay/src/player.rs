@@ -131,10 +131,14 @@ impl Player<'_> {
 
     fn note(&mut self, actions: &mut Vec<Action>) {
         for action in actions.drain(..) {
-            if let Action::Publish(transition) = action {
-                self.comparison.transition(&transition);
-                let time_unix_ns = self.time_unix_ns;
-                self.transitions.push(ReplayedTransition { transition, time_unix_ns });
+            match action {
+                Action::Publish(transition) => {
+                    self.comparison.transition(&transition);
+                    let time_unix_ns = self.time_unix_ns;
+                    self.transitions.push(ReplayedTransition { transition, time_unix_ns });
+                }
+                Action::Identify(excerpt) => self.comparison.identification(&excerpt),
+                _ => {}
             }
         }
     }

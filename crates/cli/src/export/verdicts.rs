@@ -32,7 +32,7 @@ pub(super) fn write(file: &Path, records: &[ModuleRecord]) -> io::Result<usize> 
     let mut seen = BTreeSet::new();
     for record in records {
         let step_s = latest_setup(record).ok().map(|setup| setup.step_s);
-        for message in record.transitions.iter().filter(|message| message.run.is_some()) {
+        for message in &record.transitions {
             let time = message.time_unix_ns;
             if !seen.insert((message.component.to_string(), message.sequence, time)) {
                 continue;

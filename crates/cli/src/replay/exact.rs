@@ -1,6 +1,8 @@
 //! The exact replay of every process.
 
-use std::thread;
+use std::collections::BTreeSet;
+use std::panic::resume_unwind;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 
 use ::replay::{Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, replay};
@@ -23,8 +25,10 @@ pub(super) struct ReplayedProcess {
     pub(super) verdicts: Vec<FaultTransition>,
     pub(super) verdicts_same: u64,
     pub(super) divergences_same: u64,
+    pub(super) identifications_same: u64,
     pub(super) verdicts_not_verified: u64,
     pub(super) divergences_not_verified: u64,
+    pub(super) identifications_not_verified: u64,
     pub(super) verdicts_not_recorded: u64,
     pub(super) verdicts_after_recorded: u64,
     /// The first difference.
@@ -47,6 +51,8 @@ pub(super) struct ReplayedModule {
     pub(super) verdicts_without_process: u64,
     /// Recorded divergences that no process is known of.
     pub(super) divergences_without_process: u64,
+    /// Recorded identifications that no process is known of.
+    pub(super) identifications_without_process: u64,
     pub(super) processes: Vec<ReplayedProcess>,
 }
 
@@ -65,7 +71,10 @@ pub(super) fn run(reading: &RecordingContents, began: Instant) -> ExactReplay {
     let modules: Vec<ReplayedModule> = thread::scope(|scope| {
         let threads: Vec<_> =
             reading.records.iter().map(|record| scope.spawn(|| module(record))).collect();
-        threads.into_iter().filter_map(|thread| thread.join().ok()).collect()
+        // A module must not be missing unnoticed.
+        let joined =
+            |thread: ScopedJoinHandle<'_, _>| thread.join().unwrap_or_else(|p| resume_unwind(p));
+        threads.into_iter().map(joined).collect()
     });
     let of_module = |module: &ReplayedModule| -> f64 {
         module.replayed().map(|one| one.samples as f64 * one.step_s).sum()
@@ -75,7 +84,9 @@ pub(super) fn run(reading: &RecordingContents, began: Instant) -> ExactReplay {
 }
 
 fn module(record: &ModuleRecord) -> ReplayedModule {
-    let processes: Vec<ReplayedProcess> = courses(record)
+    let courses = courses(record);
+    let remembered = RememberedVerdicts::of(&courses);
+    let processes: Vec<ReplayedProcess> = courses
         .into_iter()
         .map(|(process, course)| {
             let replayed = course.and_then(|course| Ok((replay(record, &course)?, course)));
@@ -92,13 +103,39 @@ fn module(record: &ModuleRecord) -> ReplayedModule {
     let compared = |of: fn(&ReplayedProcess) -> u64| -> u64 { processes.iter().map(of).sum() };
     let verdicts = compared(|one| one.verdicts_same + one.verdicts_not_verified);
     let divergences = compared(|one| one.divergences_same + one.divergences_not_verified);
-    let judged = record.transitions.iter().filter(|t| t.run.is_some() && t.sequence > 0);
+    let identifications =
+        compared(|one| one.identifications_same + one.identifications_not_verified);
+    let is_own = |time, sequence| !remembered.has(time, sequence);
+    let own = record.transitions.iter().filter(|t| is_own(t.time_unix_ns, t.sequence));
+    let own: BTreeSet<_> = own.map(|t| (t.incarnation, t.sequence)).collect();
+    let found = record.identifications.iter().filter(|i| is_own(i.time_unix_ns, i.sequence));
     ReplayedModule {
         structure: record.structure.clone(),
         module: record.module.clone(),
-        verdicts_without_process: (judged.count() as u64).saturating_sub(verdicts),
+        verdicts_without_process: (own.len() as u64).saturating_sub(verdicts),
         divergences_without_process: (record.divergences.len() as u64).saturating_sub(divergences),
+        identifications_without_process: (found.count() as u64).saturating_sub(identifications),
         processes,
+    }
+}
+
+/// The verdicts that the first process remembered: it publishes them again, and they were never to be replayed.
+struct RememberedVerdicts {
+    before: u64,
+    sequences: BTreeSet<u64>,
+}
+
+impl RememberedVerdicts {
+    fn of(courses: &[(u64, Result<ProcessCourse, Shortfall>)]) -> Self {
+        let first = courses.first();
+        let course = first.and_then(|(_, course)| course.as_ref().ok());
+        let latest = course.into_iter().flat_map(|course| &course.memory.latest);
+        let sequences = latest.map(|transition| transition.sequence).collect();
+        Self { before: first.map_or(0, |(process, _)| *process), sequences }
+    }
+
+    fn has(&self, time_unix_ns: u64, sequence: u64) -> bool {
+        time_unix_ns < self.before && self.sequences.contains(&sequence)
     }
 }
 
@@ -115,8 +152,10 @@ impl ReplayedProcess {
             verdicts: transitions.into_iter().map(message).collect(),
             verdicts_same: comparison.verdicts,
             divergences_same: comparison.divergences,
+            identifications_same: comparison.identifications,
             verdicts_not_verified: comparison.verdicts_unverified,
             divergences_not_verified: comparison.divergences_unverified,
+            identifications_not_verified: comparison.identifications_unverified,
             verdicts_not_recorded: comparison.verdicts_unrecorded,
             verdicts_after_recorded: comparison.verdicts_beyond,
             difference: comparison.difference,

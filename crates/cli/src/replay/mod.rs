@@ -27,7 +27,8 @@ pub(crate) struct Arguments {
     /// Recordings, made by `trusswatch record`
     #[arg(required = true, value_name = "FILE.mcap")]
     files: Vec<PathBuf>,
-    /// Compare verdicts and divergences with the recorded ones; the exit code is 1 if they differ
+    /// Compare verdicts, divergences and identifications with the recorded ones; the exit code is 1 if they differ, and 6 if
+    /// not all of them could be compared
     #[arg(long)]
     verify: bool,
     /// Only these modules
@@ -125,16 +126,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let mut out = io::stdout().lock();
     let width = arguments.width.limit();
-    let verdict = if settings.is_any() {
+    if settings.is_any() {
         let comparison = other_settings::run(&reading, &settings)?;
         write!(out, "{}", comparison.written(arguments.json, width)?)?;
-        Ok(())
-    } else {
-        let replayed = exact::run(&reading, began);
-        write!(out, "{}", replayed.written(arguments.verify, arguments.json, width)?)?;
-        replayed.outcome(arguments.verify)
-    };
+        out.flush()?;
+        return reading.complete();
+    }
+    let replayed = exact::run(&reading, began);
+    write!(out, "{}", replayed.written(arguments.verify, arguments.json, width)?)?;
     out.flush()?;
-    verdict?;
-    reading.complete()
+    replayed.outcome(arguments.verify)?;
+    reading.complete()?;
+    if arguments.verify { replayed.complete() } else { Ok(()) }
 }

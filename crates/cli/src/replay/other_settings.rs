@@ -41,6 +41,8 @@ struct ReplayedComponent {
 #[derive(Debug, Serialize)]
 pub(super) struct SideBySide {
     components: Vec<ReplayedComponent>,
+    /// Not all that the modules took is recorded: what is not named may have begun before.
+    is_part: bool,
     notes: Vec<String>,
 }
 
@@ -56,10 +58,11 @@ pub(super) fn run(
         return Err(Failure::usage(problem));
     }
     let runs = Beginnings::of(records);
-    let mut notes = Vec::new();
+    let (mut notes, mut is_part) = (Vec::new(), false);
     let (mut modules, mut parts) = (Vec::new(), Vec::new());
     for record in records {
-        let known = courses_of(record, &mut notes);
+        let (known, is_whole) = courses_of(record, &mut notes);
+        is_part |= !is_whole;
         let recorded = latest_setup(record);
         let own = settings.setups.get(&record.module).cloned();
         let recorded = own.map_or(recorded, Ok);
@@ -74,13 +77,30 @@ pub(super) fn run(
     for ((record, step_s), verdicts) in modules.into_iter().zip(verdicts) {
         enter(&mut rows, record, step_s, &verdicts);
     }
-    Ok(SideBySide { components: rows.into_values().collect(), notes })
+    let mut components: Vec<_> = rows.into_values().collect();
+    if is_part {
+        // The peers of a module of which a part is missing would have been answered otherwise.
+        components.iter_mut().for_each(ReplayedComponent::doubt);
+    }
+    Ok(SideBySide { components, is_part, notes })
 }
 
-fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<ProcessCourse> {
+/// What its processes took, as far as it is known, and whether that is all.
+fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> (Vec<ProcessCourse>, bool) {
     let module = &record.module;
-    let known: Vec<ProcessCourse> =
-        courses(record).into_iter().filter_map(|(_, c)| c.ok()).collect();
+    let all = courses(record);
+    let processes = all.len();
+    let known: Vec<ProcessCourse> = all.into_iter().filter_map(|(_, c)| c.ok()).collect();
+    let remembers_faults = known.first().is_some_and(|first| {
+        first.memory.latest.iter().any(|transition| transition.verdict.is_latched())
+    });
+    let is_cut = known.iter().any(|course| course.shortfall.is_some());
+    let is_whole = !known.is_empty() && known.len() == processes && !is_cut && !remembers_faults;
+    if remembers_faults {
+        notes.push(format!(
+            "{module}: it was started with faults that are older than the recording"
+        ));
+    }
     if known.is_empty() {
         notes.push(format!(
             "{module}: which samples it took is not in the recording: all that are there, in order"
@@ -94,7 +114,7 @@ fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> Vec<ProcessCour
     }
     let cut = known.iter().filter_map(|course| course.shortfall.as_ref());
     notes.extend(cut.map(|why| format!("{module}: {why}")));
-    known
+    (known, is_whole)
 }
 
 fn enter(
@@ -110,7 +130,7 @@ fn enter(
         would_be: None,
         step_s,
     };
-    for message in record.transitions.iter().filter(|message| message.run.is_some()) {
+    for message in &record.transitions {
         let row = rows.entry(message.component.clone()).or_insert_with(|| row(&message.component));
         take(&mut row.was, message);
     }
@@ -135,6 +155,21 @@ fn take(fate: &mut Option<ComponentFate>, message: &FaultTransition) {
     });
 }
 
+impl ReplayedComponent {
+    /// Of a part of what was taken, only a fault that it shows is known.
+    fn doubt(&mut self) {
+        if self.would_be.as_ref().is_none_or(|fate| fate.state != FaultState::Latched) {
+            self.would_be = Some(ComponentFate {
+                state: FaultState::Unknown,
+                onset_step: None,
+                detection_step: None,
+                decided_step: None,
+                why: "only a part is recorded".to_owned(),
+            });
+        }
+    }
+}
+
 impl SideBySide {
     pub(super) fn written(&self, json: bool, width: Option<u16>) -> Result<String, Failure> {
         if json {
@@ -153,7 +188,11 @@ impl SideBySide {
         table.stack(&[&[0], &[1, 2], &[3], &[4, 5], &[6]]);
         let mut text = String::new();
         // Writing to a string does not fail.
-        if self.components.is_empty() {
+        if self.components.is_empty() && self.is_part {
+            text.push_str(
+                "nothing was named; what would have been is unknown: only a part is recorded\n",
+            );
+        } else if self.components.is_empty() {
             text.push_str("nothing was named, nor would anything have been\n");
         } else {
             let _ = writeln!(text, "{}", table.text(width));

@@ -1,5 +1,6 @@
 //! Reads recordings.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -93,7 +94,7 @@ fn collect(batches: &Receiver<Vec<Recorded>>) -> Vec<ModuleRecord> {
 
 /// Sends each message to its module's thread. What of a file cannot be read is a problem, unless it is all of it.
 fn distribute(files: &[PathBuf], lanes: &mut [CollectorLane]) -> Result<Vec<String>, Failure> {
-    let mut modules: Vec<String> = Vec::new();
+    let mut modules: BTreeMap<String, usize> = BTreeMap::new();
     let mut problems = Vec::new();
     for file in files {
         let unusable = |error: recording::RecordingError| Failure::input(error.to_string());
@@ -110,10 +111,10 @@ fn distribute(files: &[PathBuf], lanes: &mut [CollectorLane]) -> Result<Vec<Stri
                 }
             };
             let module = message.topic.split('/').nth(2).unwrap_or_default();
-            let known = modules.iter().position(|known| known == module);
-            let place = known.unwrap_or_else(|| {
-                modules.push(module.to_owned());
-                modules.len() - 1
+            let place = modules.get(module).copied().unwrap_or_else(|| {
+                let place = modules.len();
+                modules.insert(module.to_owned(), place);
+                place
             });
             let number = place % lanes.len();
             let lane = &mut lanes[number];

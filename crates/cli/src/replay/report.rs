@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use vocabulary::FaultTransition;
 
-use super::exact::{ExactReplay, ReplayedModule};
+use super::exact::{ExactReplay, ReplayedModule, ReplayedProcess};
 use crate::failure::Failure;
 use crate::output;
 use crate::table::table;
@@ -48,6 +48,21 @@ impl ExactReplay {
             return Err(Failure::inputs(lacks));
         }
         Ok(())
+    }
+
+    /// Everything that was recorded was compared.
+    pub(super) fn complete(&self) -> Result<(), Failure> {
+        let mut problems: Vec<String> = not_verified(self).into_iter().collect();
+        problems.extend(shortfalls(self));
+        let notes = self.replayed().flat_map(|(module, process)| {
+            process.notes.iter().map(|note| format!("{}: {note}", started(module, process)))
+        });
+        problems.extend(notes);
+        if problems.is_empty() {
+            return Ok(());
+        }
+        problems.insert(0, "not everything that was recorded could be compared".to_owned());
+        Err(Failure::not_compared(problems))
     }
 }
 
@@ -108,29 +123,55 @@ fn modules(count: usize) -> String {
 
 /// What was verified, and what could not be.
 fn verification(exact: &ExactReplay) -> String {
-    let verdicts = exact.sum(|one| one.verdicts_same);
-    let divergences = exact.sum(|one| one.divergences_same);
+    let same = counted([
+        exact.sum(|one| one.verdicts_same),
+        exact.sum(|one| one.divergences_same),
+        exact.sum(|one| one.identifications_same),
+    ]);
     let differ = exact.replayed().any(|(_, process)| process.difference.is_some());
     let mut text = String::new();
     let verified = exact.modules.iter().filter(|module| module.replayed().next().is_some());
     let of = modules(verified.count());
-    if !differ && verdicts + divergences > 0 {
-        let _ =
-            writeln!(text, "{verdicts} verdicts and {divergences} divergences of {of}: the same");
-    }
-    let of_modules = |of: fn(&ReplayedModule) -> u64| exact.modules.iter().map(of).sum::<u64>();
-    let verdicts = of_modules(|module| module.verdicts_without_process)
-        + exact.sum(|one| one.verdicts_not_verified);
-    let divergences = of_modules(|module| module.divergences_without_process)
-        + exact.sum(|one| one.divergences_not_verified);
-    if !differ && verdicts + divergences > 0 {
-        let _ = writeln!(text, "{verdicts} verdicts and {divergences} divergences: not verified");
+    for line in
+        same.map(|same| format!("{same} of {of}: the same")).into_iter().chain(not_verified(exact))
+    {
+        if !differ {
+            let _ = writeln!(text, "{line}");
+        }
     }
     for note in notes(exact) {
         let _ = writeln!(text, "note: {note}");
     }
     let _ = writeln!(text, "{}", speed(exact));
     text
+}
+
+/// So many verdicts, divergences and identifications, if there is any.
+fn counted(counts: [u64; 3]) -> Option<String> {
+    let [verdicts, divergences, identifications] = counts;
+    (counts != [0; 3]).then(|| {
+        format!(
+            "{verdicts} verdicts, {divergences} divergences and {identifications} identifications"
+        )
+    })
+}
+
+/// How much was recorded and not compared.
+fn not_verified(exact: &ExactReplay) -> Option<String> {
+    let of_modules = |of: fn(&ReplayedModule) -> u64| exact.modules.iter().map(of).sum::<u64>();
+    let counts = counted([
+        of_modules(|module| module.verdicts_without_process)
+            + exact.sum(|one| one.verdicts_not_verified),
+        of_modules(|module| module.divergences_without_process)
+            + exact.sum(|one| one.divergences_not_verified),
+        of_modules(|module| module.identifications_without_process)
+            + exact.sum(|one| one.identifications_not_verified),
+    ]);
+    counts.map(|counts| format!("{counts}: not verified"))
+}
+
+fn started(module: &ReplayedModule, process: &ReplayedProcess) -> String {
+    format!("{}, started {}", module.module, utc(process.process))
 }
 
 /// Why something is not verified.
@@ -142,9 +183,8 @@ fn shortfalls(exact: &ExactReplay) -> Vec<String> {
             all.push(format!("{name}: {}", ::replay::Shortfall::NoInputs));
         }
         for process in &module.processes {
-            let since = utc(process.process);
             let shortfall = process.shortfall.as_ref();
-            all.extend(shortfall.map(|why| format!("{name}, started {since}: {why}")));
+            all.extend(shortfall.map(|why| format!("{}: {why}", started(module, process))));
         }
     }
     all
@@ -154,7 +194,7 @@ fn shortfalls(exact: &ExactReplay) -> Vec<String> {
 fn notes(exact: &ExactReplay) -> Vec<String> {
     let mut notes = shortfalls(exact);
     for (module, process) in exact.replayed() {
-        let name = format!("{}, started {}", module.module, utc(process.process));
+        let name = started(module, process);
         notes.extend(process.notes.iter().map(|note| format!("{name}: {note}")));
         let own = env!("CARGO_PKG_VERSION");
         if let Some(software) = process.software.as_ref().filter(|software| *software != own) {

@@ -6,6 +6,7 @@ use recording::{Recorded, Writer};
 use serde_json::Value;
 use tempfile::TempDir;
 use vocabulary::fault::Fault;
+use vocabulary::{FaultTransition, decode, encode};
 
 use crate::binary::{Outcome, run};
 use crate::recorded_live::{Live, Published};
@@ -99,6 +100,47 @@ fn what_cannot_be_verified_is_not() {
 }
 
 #[test]
+fn what_was_not_compared_is_told_by_the_exit_code() {
+    let (_directory, files) = recording(|messages| {
+        messages.retain(|m| !(m.topic.ends_with("module1/sample") && m.step == 100));
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.fails(6, &[": not verified", "module1, started", "sample 100 of run 7"]);
+    assert!(outcome.stdout.contains("of 2 modules: the same"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains(" identifications: not verified"), "{}", outcome.stdout);
+    replay(&files, &[]).succeeds();
+}
+
+#[test]
+fn of_two_configurations_a_changed_one_is_noticed() {
+    let (_directory, files) = recording(|messages| {
+        let mut changed = messages[0].clone();
+        let text = String::from_utf8(changed.payload).unwrap();
+        changed.payload = text.replacen("\"step_s\":0.001", "\"step_s\":0.002", 1).into();
+        messages.push(changed);
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.fails(3, &["1 messages of `module1` cannot be read", "fingerprint"]);
+}
+
+/// As a diagnoser does that was started again, and as it answers a recorder that was.
+#[test]
+fn verdicts_that_are_recorded_again_are_compared_once() {
+    let (_directory, files) = recording(|messages| {
+        for mut fault in messages.clone().into_iter().filter(|m| m.topic.contains("/fault/")) {
+            let mut message: FaultTransition = decode(&fault.payload).unwrap();
+            message.run_ended = true;
+            message.durable = !message.durable;
+            fault.payload = encode(&message).unwrap();
+            messages.push(fault);
+        }
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.succeeds();
+    assert!(!outcome.stdout.contains("not verified"), "{}", outcome.stdout);
+}
+
+#[test]
 fn other_settings_stand_beside_what_was() {
     let (_directory, files) = recording(|_| {});
     let outcome = replay(&files, &["--threshold-factor", "1e6", "--json"]);
@@ -111,6 +153,14 @@ fn other_settings_stand_beside_what_was() {
     same.succeeds();
     let row = same.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
     assert_eq!(row.matches("latched").count(), 2, "{row}");
+    let (_directory, late) = recording(|messages| {
+        messages.retain(|m| !(m.topic.ends_with("/sample") && m.step < 5500));
+    });
+    let part = replay(&late, &["--threshold-factor", "1"]);
+    part.succeeds();
+    let row = part.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
+    let states = ["latched", "unknown", "only a part is recorded"];
+    assert!(states.iter().all(|state| row.contains(state)), "{}", part.stdout);
     replay(&files, &["--threshold-factor", "-1"]).fails(2, &["`--threshold-factor` is -1"]);
 }
 

@@ -33,6 +33,8 @@ struct ModuleProgress {
     present: bool,
     /// Steps that need not be waited for any more, counted from 0.
     done: Step,
+    /// After the latest step that was published: for later ones there is nothing to wait for.
+    published: Step,
     /// Made no progress for too long: not waited for until it does.
     excused: bool,
 }
@@ -78,7 +80,8 @@ impl Diagnosers {
         let Some(entry) = state.modules.get_mut(module) else { return };
         tracing::info!(%module, step = %next_step, "diagnoser {}", if present { "reachable" } else { "disappeared" });
         // A diagnoser that returns in the middle has not seen the steps before and never will.
-        *entry = ModuleProgress { present, done: entry.done.max(next_step), excused: false };
+        let done = entry.done.max(next_step);
+        *entry = ModuleProgress { present, done, published: entry.published, excused: false };
         drop(state);
         self.changed.notify_all();
     }
@@ -130,14 +133,23 @@ impl Diagnosers {
         self.state().next_step = step;
     }
 
-    /// Waits until every present diagnoser has done the steps before `step`. It gives up on
+    /// Notes that a module's sample of this step was published.
+    pub(crate) fn note_published(&self, module: &ModuleName, step: Step) {
+        if let Some(entry) = self.state().modules.get_mut(module) {
+            entry.published = step.plus(1);
+        }
+    }
+
+    /// Waits until every present diagnoser has done the steps before `step` that were published. It gives up on
     /// diagnosers without progress for `timeout`, and returns as soon as `stop` is true.
     pub(crate) fn wait_until_done(&self, step: Step, timeout: Duration, stop: impl Fn() -> bool) {
         let mut state = self.state();
         let mut last_sum = None;
         let mut since = Instant::now();
         loop {
-            let behind = |entry: &ModuleProgress| entry.is_waited_for() && entry.done < step;
+            let behind = |entry: &ModuleProgress| {
+                entry.is_waited_for() && entry.done < step.min(entry.published)
+            };
             if !state.modules.values().any(behind) || stop() {
                 return;
             }
@@ -185,9 +197,17 @@ mod tests {
         asked.get() > 0
     }
 
+    fn publish(diagnosers: &Diagnosers, steps: std::ops::Range<u64>) {
+        for step in steps.map(Step) {
+            diagnosers.note_published(&module("a"), step);
+            diagnosers.note_published(&module("b"), step);
+        }
+    }
+
     #[test]
     fn those_who_are_not_there_are_missing_and_not_waited_for() {
         let diagnosers = diagnosers();
+        publish(&diagnosers, 0..5);
         assert_eq!(diagnosers.missing(&[module("a"), module("b")]), [module("a"), module("b")]);
         assert!(!waits(&diagnosers, 5));
         diagnosers.note_presence(&module("a"), true);
@@ -200,6 +220,7 @@ mod tests {
     #[test]
     fn the_slowest_is_waited_for() {
         let diagnosers = diagnosers();
+        publish(&diagnosers, 0..10);
         for name in ["a", "b"] {
             diagnosers.note_presence(&module(name), true);
         }
@@ -209,9 +230,22 @@ mod tests {
         assert!(waits(&diagnosers, 6));
     }
 
+    /// As of a recording that begins late or has gaps.
+    #[test]
+    fn steps_that_were_never_published_are_not_waited_for() {
+        let diagnosers = diagnosers();
+        diagnosers.note_presence(&module("a"), true);
+        assert!(!waits(&diagnosers, 20_000));
+        publish(&diagnosers, 20_000..20_010);
+        assert!(waits(&diagnosers, 20_001));
+        diagnosers.note_progress(&module("a"), Progress { run: RunId(1), step: Step(20_009) });
+        assert!(!waits(&diagnosers, 20_500));
+    }
+
     #[test]
     fn progress_in_another_run_counts_for_nothing() {
         let diagnosers = diagnosers();
+        publish(&diagnosers, 0..10);
         diagnosers.note_presence(&module("a"), true);
         diagnosers.note_progress(&module("a"), Progress { run: RunId(2), step: Step(9) });
         assert!(waits(&diagnosers, 1));
@@ -220,6 +254,7 @@ mod tests {
     #[test]
     fn a_late_diagnoser_owes_nothing_of_what_was_before() {
         let diagnosers = diagnosers();
+        publish(&diagnosers, 0..1001);
         diagnosers.advance_to(Step(1000));
         diagnosers.note_presence(&module("a"), true);
         assert!(!waits(&diagnosers, 1000));
@@ -229,6 +264,7 @@ mod tests {
     #[test]
     fn the_wait_times_out_and_progress_restores_it() {
         let diagnosers = diagnosers();
+        publish(&diagnosers, 0..5);
         diagnosers.note_presence(&module("a"), true);
         diagnosers.wait_until_done(Step(5), TIMEOUT, || false);
         assert!(!waits(&diagnosers, 5));

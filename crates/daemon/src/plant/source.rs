@@ -169,6 +169,7 @@ impl PacedSource {
     ) -> bool {
         let Some(publisher) = self.publishers.get_mut(module) else { return false };
         let Err(error) = publisher.publish(step, demands_n, pressures_pa, elongations_m) else {
+            self.diagnosers.note_published(publisher.module(), step);
             return true;
         };
         self.unsent += 1;

@@ -2,7 +2,8 @@
 
 use diagnosis::GivenOrderKind;
 use replay::{Replayed, Shortfall};
-use vocabulary::{RunId, fault::Fault};
+use vocabulary::RunId;
+use vocabulary::fault::{Fault, FaultKind};
 
 use crate::live::Live;
 use crate::{collect, replay_all, with_fault};
@@ -30,6 +31,10 @@ fn is_same(live: &Live) -> Vec<Replayed> {
     }
     assert_eq!(sum(&replayed, |r| r.comparison.verdicts), recorded(live, "/fault/"));
     assert_eq!(sum(&replayed, |r| r.comparison.divergences), recorded(live, "/divergence"));
+    assert_eq!(
+        sum(&replayed, |r| r.comparison.identifications),
+        recorded(live, "/identification/")
+    );
     replayed
 }
 
@@ -113,6 +118,54 @@ fn a_verdict_changed_is_noticed() {
     let differences = replayed.into_iter().filter_map(|one| one.unwrap().comparison.difference);
     let fields: Vec<String> = differences.map(|difference| difference.field).collect();
     assert_eq!(fields, ["onset_step"]);
+}
+
+#[test]
+fn another_kind_of_fault_is_noticed() {
+    let mut live = with_fault();
+    let found = live.published.iter_mut().rfind(|m| m.topic.contains("/identification/")).unwrap();
+    let mut message: vocabulary::Identification = vocabulary::decode(&found.payload).unwrap();
+    assert_eq!(message.candidates[0].kind, FaultKind::Bias);
+    message.candidates[0].kind = FaultKind::Drift;
+    found.payload = vocabulary::encode(&message).unwrap();
+    let replayed = replay_all(&collect(&live));
+    let differences = replayed.into_iter().filter_map(|one| one.unwrap().comparison.difference);
+    let fields: Vec<String> = differences.map(|difference| difference.field).collect();
+    assert_eq!(fields, ["identification.candidates.0.kind"]);
+}
+
+#[test]
+fn a_configuration_that_was_changed_is_not_used() {
+    let mut live = with_fault();
+    let mut changed = live.published[0].clone();
+    let mut message: vocabulary::ModuleConfiguration =
+        vocabulary::decode(&changed.payload).unwrap();
+    message.setup["thresholds"][0] = 1.0.into();
+    changed.payload = vocabulary::encode(&message).unwrap();
+    live.published.push(changed);
+    is_same(&live);
+    let records = collect(&live);
+    assert_eq!((records[0].unreadable, records[0].configurations.len()), (1, 1));
+    let because = records[0].unreadable_because.clone().unwrap();
+    assert!(because.starts_with("configuration: its setup has the fingerprint"), "{because}");
+}
+
+/// A successor publishes its latest transitions again, and whether their run has ended.
+#[test]
+fn a_verdict_that_was_repeated_counts_once() {
+    let live = with_fault();
+    let mut repeated = with_fault();
+    for mut fault in live.published.iter().filter(|m| m.topic.contains("/fault/")).cloned() {
+        let mut message: vocabulary::FaultTransition = vocabulary::decode(&fault.payload).unwrap();
+        message.run_ended = true;
+        message.durable = !message.durable;
+        fault.payload = vocabulary::encode(&message).unwrap();
+        repeated.published.push(fault);
+    }
+    let replayed: Vec<_> =
+        replay_all(&collect(&repeated)).into_iter().map(Result::unwrap).collect();
+    assert!(replayed.iter().all(|one| one.comparison.difference.is_none()));
+    assert_eq!(sum(&replayed, |r| r.comparison.verdicts), recorded(&live, "/fault/"));
 }
 
 /// As a module replies that cannot tell at present: no transition led there.

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
+use diagnosis::identification::identify;
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{
     Action, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch, QuestionToken,
@@ -112,20 +113,12 @@ impl Live {
         node.process = self.clock;
         node.number = 0;
         node.diagnoser.recall(memory.clone());
-        let configuration = vocabulary::ModuleConfiguration {
-            structure: node.speaker.structure.clone(),
-            module: node.speaker.module.clone(),
-            software: "0.2.0".to_owned(),
-            fingerprint: "f1".to_owned(),
-            thresholds: "t1".to_owned(),
-            reference: None,
-            setup: serde_json::to_value(&node.setup).unwrap(),
-            time_unix_ns: self.clock,
-        };
+        let software = env!("CARGO_PKG_VERSION").to_owned();
+        let configuration =
+            node.speaker.configuration(&node.setup, &software, "t1", self.clock).unwrap();
         let remembered = Box::new(node.speaker.remembered(&memory));
         self.publish(place, Topic::Configuration, &configuration, 0);
-        let software = "0.2.0".to_owned();
-        let configuration = "f1".to_owned();
+        let configuration = configuration.fingerprint;
         self.input(place, 0, Taken::Started { software, configuration, remembered });
     }
 
@@ -256,6 +249,12 @@ impl Live {
                 let step = transition.decided.0;
                 let message = self.nodes[place].speaker.transition(transition, self.clock);
                 self.publish(place, topic, &message, step);
+            }
+            Action::Identify(excerpt) => {
+                let speaker = &self.nodes[place].speaker;
+                let found = speaker.identification(identify(&excerpt), self.clock);
+                let topic = Topic::Identification(excerpt.component.clone());
+                self.publish(place, topic, &found.without_signature(), excerpt.as_of.0);
             }
             Action::Ask { peer, question } => {
                 let target = self.nodes.iter().position(|n| n.speaker.module == peer).unwrap();
