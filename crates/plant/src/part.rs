@@ -159,10 +159,10 @@ impl PlantPart {
     /// Injects a fault into a component, replacing any present one. The fault must match the kind of component.
     pub(crate) fn inject(&mut self, slot: Slot, fault: Fault) {
         match (slot, faulty(fault, self.step_s)) {
-            (Slot::Actuator(actuator), State::Actuator(state)) => {
+            (Slot::Actuator(actuator), FaultyState::Actuator(state)) => {
                 self.hydraulics.set(actuator, state);
             }
-            (Slot::Gage(gage), State::Gage(state)) => self.gages.set(gage, state),
+            (Slot::Gage(gage), FaultyState::Gage(state)) => self.gages.set(gage, state),
             // The kinds are compared before.
             _ => {}
         }
@@ -245,23 +245,23 @@ impl PlantPart {
 }
 
 /// What a component of either kind does.
-enum State {
+enum FaultyState {
     Actuator(ActuatorState),
     Gage(GageState),
 }
 
 /// What a component with this fault does.
-fn faulty(fault: Fault, step_s: f64) -> State {
+fn faulty(fault: Fault, step_s: f64) -> FaultyState {
     let leaking = |internal, external_a, external_b| {
-        State::Actuator(ActuatorState::Leaking { internal, external_a, external_b })
+        FaultyState::Actuator(ActuatorState::Leaking { internal, external_a, external_b })
     };
-    State::Gage(match fault {
+    FaultyState::Gage(match fault {
         Fault::InternalLeakage { area_m2 } => return leaking(area_m2, 0.0, 0.0),
         Fault::ExternalLeakageA { area_m2 } => return leaking(0.0, area_m2, 0.0),
         Fault::ExternalLeakageB { area_m2 } => return leaking(0.0, 0.0, area_m2),
-        Fault::HardOver {} => return State::Actuator(ActuatorState::HardOver),
+        Fault::HardOver {} => return FaultyState::Actuator(ActuatorState::HardOver),
         Fault::Stiction { band_m3_per_s } => {
-            return State::Actuator(ActuatorState::Sticking(Spool::new(band_m3_per_s)));
+            return FaultyState::Actuator(ActuatorState::Sticking(Spool::new(band_m3_per_s)));
         }
         Fault::Bias { offset_m } => GageState::Bias { offset_m },
         Fault::Drift { drift_m_per_s } => {

@@ -75,9 +75,9 @@ macro_rules! faults {
             /// Every kind, actuators first.
             pub const ALL: [FaultKind; [$( $name ),+].len()] = [$( FaultKind::$kind ),+];
 
-            fn entry(self) -> Entry {
+            fn entry(self) -> KindEntry {
                 match self {
-                    $( FaultKind::$kind => Entry {
+                    $( FaultKind::$kind => KindEntry {
                         name: $name,
                         words: $words,
                         help: concat!($( $help ),+).trim_ascii(),
@@ -162,7 +162,7 @@ faults! {
 }
 
 /// What there is to know of a kind.
-struct Entry {
+struct KindEntry {
     name: &'static str,
     words: &'static str,
     help: &'static str,
