@@ -55,7 +55,7 @@ pub(super) fn all(
         let has_data = match cell {
             None => true,
             Some(None) => false,
-            Some(Some(cell)) => !is_date(&cell) && !(column.name.is_empty() && is_missing(&cell)),
+            Some(Some(cell)) => !(is_date(&cell) || column.name.is_empty() && is_missing(&cell)),
         };
         Some(column.place) != clock && has_data
     };
