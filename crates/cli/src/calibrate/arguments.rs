@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use crate::csv_rows::TableFlags;
 use crate::failure::Failure;
 
 /// Factor on the largest divergence, if nothing else is asked for.
@@ -22,8 +23,9 @@ pub(super) enum Method {
 /// The modules' own configurations say which detection the thresholds are for and into which file they
 /// are written. The data are simulated: each run has a plant of its own, with another wind and other
 /// loads, and differs from the nominal model by up to the mismatch. Or they are recorded: tables
-/// (CSV) of residuals with a header row, a column for each component of a module, named like
-/// `module1/sensor/g5`, and possibly one named `step`; each row is one step, each file a run.
+/// (CSV, or what a logger exports) of residuals with a header row, a column for each component of a module, named like
+/// `module1/sensor/g5`, and possibly one of steps or times; each row is one step, each file a
+/// run. A row without all values of a module is a gap of the module.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Configurations of the diagnosers, one for each equipped module, in the order of the structure
@@ -52,9 +54,8 @@ pub(crate) struct Arguments {
         conflicts_with_all = ["plant", "runs", "seconds", "first_seed", "mismatch", "jobs"]
     )]
     pub(super) recorded: Vec<PathBuf>,
-    /// Take bad rows of recordings as gaps instead of stopping at the first one
-    #[arg(long, requires = "recorded", conflicts_with = "plant")]
-    pub(super) skip_bad: bool,
+    #[command(flatten)]
+    pub(super) table: TableFlags,
     #[command(flatten)]
     pub(super) simulation: NominalRunFlags,
 }
@@ -63,7 +64,12 @@ pub(crate) struct Arguments {
 #[derive(Debug, clap::Args)]
 pub(super) struct NominalRunFlags {
     /// Configuration of the plant
-    #[arg(long, value_name = "FILE", required_unless_present = "recorded")]
+    #[arg(
+        long,
+        value_name = "FILE",
+        required_unless_present = "recorded",
+        conflicts_with = "TableFlags"
+    )]
     pub(super) plant: Option<PathBuf>,
     /// Number of runs
     #[arg(long, default_value_t = 100, value_name = "N")]

@@ -1,14 +1,11 @@
 //! Which columns of a recording belong to which channels.
 
-use study::ResidualRecording;
+use study::{ResidualRecording, StepOrder};
 use vocabulary::ComponentPath;
 
-use crate::csv_rows::{STEP, whole_step};
-
-/// The columns of a recording: possibly the step, then the channels of some modules.
+/// The columns of a recording: the channels of some modules.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct ChannelColumns {
-    step: bool,
     /// Places of the modules whose channels are there, rising, with how many channels they have.
     modules: Vec<(usize, usize)>,
 }
@@ -42,49 +39,34 @@ impl ChannelColumns {
                 "no column is a component of the modules; name the columns by components{example}"
             ));
         }
-        Ok(ChannelColumns { step: header.iter().any(|name| name == STEP), modules })
+        Ok(ChannelColumns { modules })
     }
 
     /// Their names, in the order of [`ChannelColumns::take`].
     pub(super) fn names(&self, channels: &[Vec<ComponentPath>]) -> Vec<String> {
-        let step = self.step.then(|| STEP.to_owned());
         let of_modules = self.modules.iter().filter_map(|(place, _)| channels.get(*place));
-        step.into_iter().chain(of_modules.flatten().map(ToString::to_string)).collect()
+        of_modules.flatten().map(ToString::to_string).collect()
     }
 
     /// Gives each module its part of a row.
     ///
     /// # Errors
-    /// In words, what is wrong with the step.
+    /// A step not above that of the row before.
     pub(super) fn take(
         &self,
+        step: u64,
         row: &[f64],
         recordings: &mut [ResidualRecording],
-    ) -> Result<(), String> {
-        let (step, mut rest) = match row {
-            [step, rest @ ..] if self.step => (Some(whole_step(*step)?), rest),
-            _ => (None, row),
-        };
+    ) -> Result<(), StepOrder> {
+        let mut rest = row;
         for (place, channels) in &self.modules {
             let (residuals, others) = rest.split_at((*channels).min(rest.len()));
             rest = others;
             if let Some(recording) = recordings.get_mut(*place) {
-                recording.push(step, residuals).map_err(|error| error.to_string())?;
+                recording.push(Some(step), residuals)?;
             }
         }
         Ok(())
-    }
-
-    /// Records a missing row. Where steps are numbered, the gap follows from the next one.
-    pub(super) fn skip(&self, recordings: &mut [ResidualRecording]) {
-        if self.step {
-            return;
-        }
-        for (place, _) in &self.modules {
-            if let Some(recording) = recordings.get_mut(*place) {
-                recording.skip();
-            }
-        }
     }
 }
 
@@ -105,7 +87,7 @@ mod tests {
     #[test]
     fn the_order_of_columns_does_not_matter_and_unknown_ones_are_left_out() {
         let found = find(&["m2/sensor/g1", "note", "step", "m2/actuator/a1", ""]).unwrap();
-        assert_eq!(found, ["step", "m2/actuator/a1", "m2/sensor/g1"]);
+        assert_eq!(found, ["m2/actuator/a1", "m2/sensor/g1"]);
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         arguments.modules.iter().map(|file| load_uncalibrated(file)).collect::<Result<_, _>>()?;
     let data = match &arguments.simulation.plant {
         Some(plant) => simulated::simulate(plant, &arguments.simulation, &modules)?,
-        None => recorded::read(&arguments.recorded, arguments.skip_bad, &modules)?,
+        None => recorded::read(&arguments.recorded, &arguments.table, &modules)?,
     };
     let found = thresholds::thresholds(&data, rule)?;
     let mut out = io::stdout().lock();

@@ -9,12 +9,12 @@ use vocabulary::ComponentPath;
 
 use super::columns::ChannelColumns;
 use super::{NominalData, origin};
-use crate::csv_rows::CsvRows;
+use crate::csv_rows::{CsvRows, TableFlags};
 use crate::failure::Failure;
 
 pub(super) fn read(
     files: &[impl AsRef<Path>],
-    skip_bad: bool,
+    flags: &TableFlags,
     modules: &[Uncalibrated],
 ) -> Result<NominalData, Failure> {
     let step_s = common_step(modules)?;
@@ -27,7 +27,7 @@ pub(super) fn read(
         .map(|(module, recording)| paths(module, recording))
         .collect();
     for file in files {
-        read_file(file.as_ref(), skip_bad, &channels, &mut recordings)?;
+        read_file(file.as_ref(), flags, &channels, &mut recordings)?;
     }
     let calibration =
         Calibration { modules: recordings.into_iter().map(ResidualRecording::finish).collect() };
@@ -60,28 +60,28 @@ fn paths(module: &Uncalibrated, recording: &ResidualRecording) -> Vec<ComponentP
 
 fn read_file(
     file: &Path,
-    skip_bad: bool,
+    flags: &TableFlags,
     channels: &[Vec<ComponentPath>],
     recordings: &mut [ResidualRecording],
 ) -> Result<(), Failure> {
     let name = file.display().to_string();
     let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
     let mut columns = ChannelColumns::default();
-    let mut rows = CsvRows::new(opened, name.clone(), b',', |header| {
+    let mut rows = CsvRows::open(Box::new(opened), name.clone(), flags, |header| {
         columns = ChannelColumns::find(header, channels)?;
         Ok(Some(columns.names(channels)))
     })?;
     while let Some(row) = rows.next_row()? {
         if let Some(problem) = row.problem {
-            if !skip_bad {
+            if !flags.skip_bad {
                 return Err(Failure::input(format!("{name}, {problem}")));
             }
-            columns.skip(recordings);
         } else {
-            let taken = columns.take(row.values, recordings);
-            taken.map_err(|wrong| Failure::input(format!("{name}, line {}: {wrong}", row.line)))?;
+            let taken = columns.take(row.step, row.values, recordings);
+            taken.map_err(|wrong| Failure::input(format!("{name}: {wrong}")))?;
         }
     }
+    rows.print_remarks();
     recordings.iter_mut().for_each(ResidualRecording::end_run);
     Ok(())
 }

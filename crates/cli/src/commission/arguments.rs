@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use study::commissioning::FALSE_ALARMS_PER_HOUR;
 
+use crate::csv_rows::TableFlags;
 use crate::failure::Failure;
 
 /// How long a snippet may be \[s\]: what a stroke may take.
@@ -26,8 +27,8 @@ A module uses its reference once its configuration names it: reference = \"refer
 /// under the plant's weather, and two for each cylinder in which it pushes and pulls. Or they are recorded: each is a
 /// directory with a table (CSV) of samples for each module, `module1.csv`, with a header row and columns named like
 /// `module1/actuator/a1/demand_n`, `module1/actuator/a1/pressure_a_pa`, `module1/actuator/a1/pressure_b_pa` and
-/// `module1/sensor/g1/elongation_m`, and possibly one named `step`; each row is one step, the same in all tables. The
-/// first 2.5 seconds of a recording are not used.
+/// `module1/sensor/g1/elongation_m`, and possibly one of steps or times; each row is one step, the same in all tables. A
+/// signal has no value where its cell is empty. The first 2.5 seconds of a recording are not used.
 ///
 /// Writes the reference of each module and `snippets.jsonl`, to which later ones can be added.
 #[derive(Debug, clap::Args)]
@@ -45,9 +46,8 @@ pub(crate) struct Arguments {
         ]
     )]
     pub(super) recordings: Vec<PathBuf>,
-    /// Take bad rows of recordings as gaps instead of stopping at the first one
-    #[arg(long, requires = "recordings", conflicts_with = "plant")]
-    pub(super) skip_bad: bool,
+    #[command(flatten)]
+    pub(super) table: TableFlags,
     /// Earlier snippets, which are used and kept as well: `snippets.jsonl` of an earlier commissioning
     #[arg(long, value_name = "FILE")]
     pub(super) add: Vec<PathBuf>,
@@ -68,7 +68,12 @@ pub(crate) struct Arguments {
 #[derive(Debug, clap::Args)]
 pub(super) struct SnippetFlags {
     /// Configuration of the plant
-    #[arg(long, value_name = "PLANT.toml", required_unless_present_any = ["recordings", "add"])]
+    #[arg(
+        long,
+        value_name = "PLANT.toml",
+        required_unless_present_any = ["recordings", "add"],
+        conflicts_with = "TableFlags"
+    )]
     pub(super) plant: Option<PathBuf>,
     /// Snippets under changing weather, beside two strokes of each cylinder
     #[arg(long, default_value_t = 40, value_name = "N")]

@@ -3,12 +3,9 @@
 use diagnosis::{Measurements, ModuleSetup};
 use vocabulary::{Component, RunId, Step};
 
-use crate::csv_rows::{STEP, whole_step};
-
-/// The columns of a module's samples: possibly the step, then demands, pressures and elongations.
+/// The columns of a module's samples: demands, pressures and elongations.
 #[derive(Debug, Default)]
 pub(super) struct SignalColumns {
-    step: bool,
     actuators: usize,
     names: Vec<String>,
 }
@@ -25,11 +22,9 @@ impl SignalColumns {
                 "missing column `{missing}`; give every signal of the module's components"
             ));
         }
-        let step = header.iter().any(|name| name == STEP);
-        let names = step.then(|| STEP.to_owned()).into_iter().chain(signals).collect();
         let is_actuator = |component: &Component| matches!(component, Component::Actuator(_));
         let actuators = setup.components().iter().filter(|c| is_actuator(c)).count();
-        Ok(SignalColumns { step, actuators, names })
+        Ok(SignalColumns { actuators, names: signals })
     }
 
     /// Their names, in the order of [`SignalColumns::sample`].
@@ -37,22 +32,18 @@ impl SignalColumns {
         self.names.clone()
     }
 
-    /// The step after these many rows, if steps are not numbered.
-    pub(super) fn sample(&self, row: &[f64], rows_before: u64) -> Result<Measurements, String> {
-        let (step, signals) = match row {
-            [step, signals @ ..] if self.step => (whole_step(*step)?, signals),
-            _ => (rows_before, row),
-        };
+    /// The sample of a row; NaN is a signal without a value.
+    pub(super) fn sample(&self, step: u64, signals: &[f64]) -> Measurements {
         let (demands, rest) = signals.split_at(self.actuators.min(signals.len()));
         let (pressures, elongations) = rest.split_at((2 * self.actuators).min(rest.len()));
         let (chambers, _) = pressures.as_chunks::<2>();
-        Ok(Measurements {
+        Measurements {
             run: RunId(0),
             step: Step(step),
             demands_n: demands.to_vec(),
             pressures_pa: chambers.to_vec(),
             elongations_m: elongations.to_vec(),
-        })
+        }
     }
 }
 

@@ -61,7 +61,7 @@ fn new_snippets(
     let Some(plant) = plant else {
         let recordings = &arguments.recordings;
         snippets_file::check_new(earlier, recordings.iter().map(|path| recorded::label(path)))?;
-        return recorded::read(recordings, arguments.skip_bad, setups);
+        return recorded::read(recordings, &arguments.table, setups);
     };
     let plans = arguments.simulation.plans(setups);
     snippets_file::check_new(earlier, plans.iter().map(SnippetPlan::label))?;

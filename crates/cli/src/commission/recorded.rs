@@ -5,12 +5,10 @@ use std::path::{Path, PathBuf};
 
 use diagnosis::ModuleSetup;
 use diagnosis::state::{Snippet, WindowMeans};
-use study::StepOrder;
 use study::commissioning::WindowCollector;
-use vocabulary::Step;
 
 use super::columns::SignalColumns;
-use crate::csv_rows::CsvRows;
+use crate::csv_rows::{CsvRows, TableFlags};
 use crate::failure::Failure;
 
 /// What a recording is called.
@@ -21,12 +19,12 @@ pub(super) fn label(directory: &Path) -> String {
 /// Reads recordings, one snippet each.
 pub(super) fn read(
     directories: &[PathBuf],
-    skip_bad: bool,
+    flags: &TableFlags,
     setups: &[ModuleSetup],
 ) -> Result<Vec<Snippet>, Failure> {
     let snippet = |directory: &PathBuf| {
         let windows = |setup: &ModuleSetup| {
-            read_table(&directory.join(format!("{}.csv", setup.module)), skip_bad, setup)
+            read_table(&directory.join(format!("{}.csv", setup.module)), flags, setup)
         };
         let modules = setups.iter().map(windows).collect::<Result<_, _>>()?;
         Ok(Snippet { label: label(directory), modules })
@@ -36,7 +34,7 @@ pub(super) fn read(
 
 fn read_table(
     file: &Path,
-    skip_bad: bool,
+    flags: &TableFlags,
     setup: &ModuleSetup,
 ) -> Result<Vec<WindowMeans>, Failure> {
     let name = file.display().to_string();
@@ -44,31 +42,19 @@ fn read_table(
     let mut collector =
         WindowCollector::new(setup).map_err(|error| Failure::input(error.to_string()))?;
     let mut columns = SignalColumns::default();
-    let mut rows = CsvRows::new(opened, name.clone(), b',', |header| {
+    let mut rows = CsvRows::open(Box::new(opened), name.clone(), flags, |header| {
         columns = SignalColumns::find(header, setup)?;
         Ok(Some(columns.names()))
     })?;
-    let (mut rows_before, mut last) = (0, None);
     while let Some(row) = rows.next_row()? {
-        if let Some(problem) = row.problem {
-            if !skip_bad {
+        match row.problem {
+            Some(problem) if !flags.skip_bad => {
                 return Err(Failure::input(format!("{name}, {problem}")));
             }
-        } else {
-            let at_line =
-                |wrong: String| Failure::input(format!("{name}, line {}: {wrong}", row.line));
-            let sample = columns.sample(row.values, rows_before).map_err(at_line)?;
-            check_order(&mut last, sample.step).map_err(|wrong| at_line(wrong.to_string()))?;
-            collector.take(&sample);
+            Some(_) => {}
+            None => collector.take(&columns.sample(row.step, row.values)),
         }
-        rows_before += 1;
     }
+    rows.print_remarks();
     Ok(collector.finish())
-}
-
-fn check_order(last: &mut Option<Step>, step: Step) -> Result<(), StepOrder> {
-    match last.replace(step).filter(|last| step <= *last) {
-        Some(last) => Err(StepOrder { step: step.0, last: last.0 }),
-        None => Ok(()),
-    }
 }

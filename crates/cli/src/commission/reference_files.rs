@@ -61,7 +61,7 @@ fn command(arguments: &Arguments) -> String {
     words.extend(drawn.map(|(share, seed)| format!("--mismatch {share} --plant-seed {seed}")));
     let recordings = arguments.recordings.iter();
     words.extend(recordings.map(|directory| format!("--recording {}", quoted(directory))));
-    words.extend(arguments.skip_bad.then(|| "--skip-bad".to_owned()));
+    words.extend(arguments.table.words());
     words.extend(arguments.add.iter().map(|file| format!("--add {}", quoted(file))));
     words.push(format!("--false-alarms-per-hour {}", arguments.false_alarms_per_hour));
     words.push(format!("--out {}", quoted(&arguments.out)));

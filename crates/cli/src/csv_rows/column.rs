@@ -2,6 +2,9 @@
 
 use csv::ByteRecord;
 
+use super::clock::is_date;
+use super::number::{decoded, is_missing};
+
 /// A column that is read as a channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct CsvColumn {
@@ -17,59 +20,92 @@ impl std::fmt::Display for CsvColumn {
     }
 }
 
-/// The channels of a table: those wanted, or all.
+/// The columns of a header row.
+pub(super) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
+    let column = |(place, field)| CsvColumn { place, name: decoded(field).into_owned() };
+    header.iter().enumerate().map(column).collect()
+}
+
+/// The columns that are wanted, by name or number.
 ///
 /// # Errors
-/// In words, what is wrong with the header row or the wish.
-pub(super) fn channels(
-    header: &ByteRecord,
-    wanted: Option<&[String]>,
-) -> Result<Vec<CsvColumn>, String> {
-    let columns = named(header);
-    if is_data(&columns) {
-        let first = &columns[0].name;
-        return Err(format!(
-            "line 1: `{first}` is a number; put a header row with the channels' names first"
-        ));
-    }
-    let channels = match wanted {
-        None => columns,
-        Some(wanted) => wanted.iter().map(|name| find(&columns, name)).collect::<Result<_, _>>()?,
-    };
-    for (place, channel) in channels.iter().enumerate() {
-        if channel.name.is_empty() {
-            let number = channel.place + 1;
-            return Err(format!(
-                "line 1, column {number}: the column has no name; name it or choose with --columns"
-            ));
-        }
-        if channels[..place].iter().any(|earlier| earlier.name == channel.name) {
-            return Err(format!("line 1, {channel}: duplicate name; use each once"));
+/// In words, what is wrong with the wish.
+pub(super) fn wanted(columns: &[CsvColumn], wanted: &[String]) -> Result<Vec<CsvColumn>, String> {
+    let channels: Vec<CsvColumn> =
+        wanted.iter().map(|name| find(columns, name)).collect::<Result<_, _>>()?;
+    for (number, channel) in channels.iter().enumerate() {
+        if channels[..number].iter().any(|earlier| earlier.place == channel.place) {
+            return Err(format!(", {channel}: duplicate name; use each once"));
         }
     }
     Ok(channels)
 }
 
-pub(super) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
-    let name = |field: &[u8]| String::from_utf8_lossy(field.trim_ascii()).into_owned();
-    header.iter().enumerate().map(|(place, field)| CsvColumn { place, name: name(field) }).collect()
+/// All columns but that of the clock, those whose first row has a date, and those at the end without data.
+///
+/// # Errors
+/// In words, what is wrong with the header row.
+pub(super) fn all(
+    columns: &[CsvColumn],
+    clock: Option<usize>,
+    first_row: Option<&ByteRecord>,
+) -> Result<Vec<CsvColumn>, String> {
+    let is_channel = |column: &&CsvColumn| {
+        let cell = first_row.map(|row| row.get(column.place).map(decoded));
+        let has_data = match cell {
+            None => true,
+            Some(None) => false,
+            Some(Some(cell)) => !(is_date(&cell) || column.name.is_empty() && is_missing(&cell)),
+        };
+        Some(column.place) != clock && has_data
+    };
+    let channels: Vec<CsvColumn> = columns.iter().filter(is_channel).cloned().collect();
+    for (number, channel) in channels.iter().enumerate() {
+        let place = channel.place + 1;
+        if channel.name.is_empty() {
+            return Err(format!(
+                ", column {place}: the column has no name; name it or choose by number, e.g. \
+                 --columns '#{place}'"
+            ));
+        }
+        if channels[..number].iter().any(|earlier| earlier.name == channel.name) {
+            return Err(format!(
+                ", {channel}: duplicate name; choose by number, e.g. --columns '#{place}'"
+            ));
+        }
+    }
+    Ok(channels)
 }
 
-/// Numbers instead of names. Whole numbers may be names: some programs number unnamed columns.
-fn is_data(columns: &[CsvColumn]) -> bool {
-    columns.iter().all(|column| column.name.parse::<f64>().is_ok())
-        && columns.iter().any(|column| column.name.parse::<u64>().is_err())
-}
-
-fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
+/// Finds a column by its name or by its number from 1, `#3` or `3`.
+///
+/// # Errors
+/// In words, what is wrong with the wish.
+pub(super) fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
     let wanted = wanted.trim();
     let mut found = columns.iter().filter(|column| column.name == wanted);
     match (found.next(), found.next()) {
         (Some(column), None) => Ok(column.clone()),
-        (Some(_), Some(second)) => Err(format!("line 1, {second}: duplicate name; use each once")),
-        (None, _) => {
+        (Some(first), Some(second)) => Err(format!(
+            ", {second}: duplicate name; choose by number, e.g. --columns '#{}' or '#{}'",
+            first.place + 1,
+            second.place + 1
+        )),
+        (None, _) => numbered(columns, wanted).ok_or_else(|| {
             let known: Vec<_> = columns.iter().map(|column| format!("`{}`", column.name)).collect();
-            Err(format!("line 1: missing column `{wanted}`; use {}", known.join(", ")))
-        }
+            format!(": missing column `{wanted}`; use {}", known.join(", "))
+        }),
     }
+}
+
+/// A column that is chosen by number is called by it, unless its own name tells it from all others.
+fn numbered(columns: &[CsvColumn], wanted: &str) -> Option<CsvColumn> {
+    let number: usize = wanted.strip_prefix('#').unwrap_or(wanted).parse().ok()?;
+    let column = columns.get(number.checked_sub(1)?)?;
+    let alike = columns.iter().filter(|other| other.name == column.name).count();
+    let name = match (alike, column.name.is_empty()) {
+        (1, false) => column.name.clone(),
+        _ => format!("{}#{number}", column.name),
+    };
+    Some(CsvColumn { place: column.place, name })
 }

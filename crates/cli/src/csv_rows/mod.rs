@@ -1,51 +1,90 @@
-//! Tables of numbers: CSV with a header row, row by row, in constant memory, every mistake with its line and column.
+//! Tables of numbers, as loggers and spreadsheets write them: row by row, in constant memory, every mistake with its
+//! line and column.
+//!
+//! Bytes become lines ([`text`]), the first lines say how the table is laid out ([`layout`]), columns are chosen by
+//! name or number ([`column`]), cells become numbers ([`number`]), and each row gets its step ([`clock`]).
 //!
 //! Lines are counted here and not by a CSV library, because an empty line is not nothing: it is a
 //! sampling instant without a sample. Only empty lines at the very end are.
 
+mod clock;
 mod column;
+mod flags;
+mod layout;
+#[cfg(test)]
+mod loggers_test;
+mod number;
+mod text;
 
-use std::io::{BufRead, BufReader, Read};
+use std::collections::VecDeque;
+use std::io::{self, Read, Write};
 
 use csv::{ByteRecord, ReaderBuilder};
 
 use crate::failure::Failure;
+use clock::{Clock, ClockError, STEP};
 use column::CsvColumn;
+pub(crate) use flags::TableFlags;
+use layout::Layout;
+use number::{DecimalMark, Wrong, decoded};
+use text::TextLines;
 
-/// Name of the column that numbers the steps.
-pub(crate) const STEP: &str = "step";
-/// Up to here every whole number is a floating-point number.
-const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
-/// Longest line that is accepted, in bytes.
-const MAX_LINE: u64 = 16 << 20;
+/// Lines in which the header is looked for.
+const HEAD_LINES: usize = 200;
+/// The same in bytes.
+const HEAD_BYTES: usize = 1 << 20;
 /// How much of a bad field is shown, in characters.
 const SHOWN: usize = 40;
-const BUFFER: usize = 1 << 16;
 
+/// How a table without a header is mended.
+const HEADER_FIRST: &str = "put a header row with the channels' names first";
 /// How a bad number is mended.
 const RIGHT: &str = "use a finite number, or --skip-bad to take such rows as gaps";
+
+/// Numbers by which loggers say that there is no value.
+const SENTINELS: [f64; 14] = [
+    -999.0, -9999.0, -99_999.0, -999_999.0, -999.9, -999.99, -9999.99, -6999.0, -7999.0, -1e6,
+    -1e30, 1e30, 9.9e37, 9.91e37,
+];
 
 /// One row: its numbers, or what is wrong with it.
 #[derive(Debug)]
 pub(crate) struct CsvRow<'a> {
-    /// Its line in the table, from 1.
-    pub(crate) line: u64,
-    /// The channels' numbers; meaningless if there is a problem.
+    /// Its step, as numbered, or counted from 0; meaningless if there is a problem.
+    pub(crate) step: u64,
+    /// The channels' numbers, NaN where there is none; meaningless if there is a problem.
     pub(crate) values: &'a [f64],
     pub(crate) problem: Option<String>,
 }
 
+/// A value of a channel that may stand for none.
+#[derive(Debug, Clone, Copy, Default)]
+struct Suspect {
+    value: f64,
+    times: u64,
+}
+
 /// The rows of a table.
-pub(crate) struct CsvRows<R> {
-    input: BufReader<R>,
+pub(crate) struct CsvRows {
+    input: TextLines,
     name: String,
     delimiter: u8,
+    mark: Option<DecimalMark>,
+    /// Cells without a value, as text and as number.
+    missing: Vec<(String, Option<f64>)>,
     header: Vec<CsvColumn>,
     channels: Vec<CsvColumn>,
+    /// Columns without data, which are left out.
+    left_out: Vec<CsvColumn>,
+    clock: Clock,
+    next_step: u64,
+    /// Lines read ahead.
+    ahead: VecDeque<Vec<u8>>,
     text: Vec<u8>,
     fields: ByteRecord,
     values: Vec<f64>,
-    /// Lines read so far.
+    suspects: Vec<Suspect>,
+    /// Lines taken so far.
     line: u64,
     /// Is the line in `text` still to be delivered?
     held: bool,
@@ -53,51 +92,111 @@ pub(crate) struct CsvRows<R> {
     empty_lines: u64,
 }
 
-impl<R: Read> CsvRows<R> {
+/// The header and the columns that are wanted of it.
+struct Chosen {
+    header: Vec<CsvColumn>,
+    /// None for all.
+    channels: Option<Vec<CsvColumn>>,
+}
+
+impl Chosen {
+    /// Does it say that this is the header? A column's number is in many lines.
+    fn is_by_name(&self) -> bool {
+        let is_name = |channel: &CsvColumn| {
+            channel.name.parse::<f64>().is_err() && self.header.contains(channel)
+        };
+        self.channels.as_ref().is_some_and(|channels| channels.iter().all(is_name))
+    }
+}
+
+impl CsvRows {
     /// Reads the header row. `name` is how the input is called in messages; `choose` gets the
     /// columns' names and returns those that are wanted, or none for all, or what is wrong.
-    pub(crate) fn new(
-        input: R,
+    pub(crate) fn open(
+        input: Box<dyn Read>,
         name: String,
-        delimiter: u8,
-        choose: impl FnOnce(&[String]) -> Result<Option<Vec<String>>, String>,
+        flags: &TableFlags,
+        mut choose: impl FnMut(&[String]) -> Result<Option<Vec<String>>, String>,
     ) -> Result<Self, Failure> {
-        let mut rows = CsvRows {
-            input: BufReader::with_capacity(BUFFER, input),
-            name,
-            delimiter,
-            header: Vec::new(),
-            channels: Vec::new(),
+        let unreadable = |error| Failure::input(format!("cannot read `{name}`: {error}"));
+        let mut input = TextLines::open(input).map_err(unreadable)?;
+        let mut try_header = |line: &[u8], delimiter: u8| -> Result<Chosen, String> {
+            let header = header(line, delimiter);
+            let names: Vec<String> = header.iter().map(|column| column.name.clone()).collect();
+            let wanted = choose(&names).map_err(|wrong| format!(": {wrong}"))?;
+            let channels = wanted.map(|wanted| column::wanted(&header, &wanted)).transpose()?;
+            Ok(Chosen { header, channels })
+        };
+        let (mut head, layout) =
+            read_head(&mut input, flags, &mut try_header).map_err(unreadable)?;
+        let complain = |line: usize, problem: String| {
+            Failure::input(format!("{name}, line {}{problem}", line + 1))
+        };
+        let first = flags.skip_lines.unwrap_or(0);
+        let layout = match (layout, head.get(first).filter(|line| !layout::is_blank(line))) {
+            (Some(layout), _) => layout,
+            (None, None) => return Err(complain(first, format!(": empty; {HEADER_FIRST}"))),
+            (None, Some(line)) => {
+                let delimiter = layout::usual_delimiter(line, flags);
+                Layout::below(&head, first, delimiter, flags)
+            }
+        };
+        let (layout, chosen) = choose_header(&head, layout, flags, &mut try_header)
+            .map_err(|problem| complain(layout.header, problem))?;
+        let Chosen { header, channels } = chosen;
+        if is_data(&header) {
+            let first = &header[0].name;
+            let problem = format!(": `{first}` is a number; {HEADER_FIRST}");
+            return Err(complain(layout.header, problem));
+        }
+        let first_row =
+            head[layout.rows..].iter().find(|line| !layout::is_blank(line)).map(|line| {
+                let mut row = ByteRecord::new();
+                split(line, layout.delimiter, &mut row);
+                row
+            });
+        let clock = clock(&header, flags, first_row.as_ref())
+            .map_err(|problem| complain(layout.header, problem))?;
+        let (channels, left_out) = match channels {
+            Some(channels) => (channels, Vec::new()),
+            None => {
+                let channels = column::all(&header, clock.place, first_row.as_ref())
+                    .map_err(|problem| complain(layout.header, problem))?;
+                let is_left_out = |column: &&CsvColumn| {
+                    !channels.contains(column)
+                        && clock.place != Some(column.place)
+                        && !column.name.is_empty()
+                };
+                let left_out = header.iter().filter(is_left_out).cloned().collect();
+                (channels, left_out)
+            }
+        };
+        let missing = flags.missing.iter().map(|text| {
+            let number = number::number(text.as_bytes(), &mut flags.decimal.clone()).ok();
+            (text.trim().to_owned(), number)
+        });
+        let suspects = vec![Suspect::default(); channels.len()];
+        let line = layout.rows as u64;
+        Ok(CsvRows {
+            input,
+            delimiter: layout.delimiter,
+            mark: layout.mark,
+            missing: missing.collect(),
+            header,
+            channels,
+            left_out,
+            clock,
+            next_step: 0,
+            ahead: head.split_off(layout.rows).into(),
             text: Vec::new(),
             fields: ByteRecord::new(),
             values: Vec::new(),
-            line: 0,
+            suspects,
+            line,
             held: false,
             empty_lines: 0,
-        };
-        rows.read_header(choose)?;
-        Ok(rows)
-    }
-
-    fn read_header(
-        &mut self,
-        choose: impl FnOnce(&[String]) -> Result<Option<Vec<String>>, String>,
-    ) -> Result<(), Failure> {
-        if !self.read_line()? || self.is_empty_line() {
-            let name = &self.name;
-            return Err(Failure::input(format!(
-                "{name}, line 1: empty; put a header row with the channels' names first"
-            )));
-        }
-        let byte_order_mark = b"\xef\xbb\xbf";
-        let text = self.text.strip_prefix(byte_order_mark).unwrap_or(&self.text);
-        split(text, self.delimiter, &mut self.fields);
-        let complain = |problem| Failure::input(format!("{}, {problem}", self.name));
-        self.header = column::named(&self.fields);
-        let names: Vec<String> = self.header.iter().map(|column| column.name.clone()).collect();
-        let wanted = choose(&names).map_err(|wrong| complain(format!("line 1: {wrong}")))?;
-        self.channels = column::channels(&self.fields, wanted.as_deref()).map_err(complain)?;
-        Ok(())
+            name,
+        })
     }
 
     /// How the input is called in messages.
@@ -112,100 +211,289 @@ impl<R: Read> CsvRows<R> {
 
     /// Must the next row be waited for?
     pub(crate) fn is_drained(&self) -> bool {
-        self.input.buffer().is_empty()
+        self.ahead.is_empty() && self.input.is_drained()
+    }
+
+    /// What of the table should be looked at, once all rows were taken.
+    fn remarks(&self) -> Vec<String> {
+        let left_out = self
+            .left_out
+            .iter()
+            .map(|column| format!("{}: {column} has no numbers and is left out", self.name));
+        let suspects = self.channels.iter().zip(&self.suspects);
+        let suspects = suspects.filter(|(_, suspect)| suspect.times > 1);
+        let suspects = suspects.map(|(channel, Suspect { value, times })| {
+            let (name, channel) = (&self.name, &channel.name);
+            format!(
+                "{name}: channel `{channel}` is {value} in {times} rows; if that stands for no value, \
+                 add --missing {value}"
+            )
+        });
+        left_out.chain(suspects).collect()
+    }
+
+    /// Prints the remarks on standard error, which may be closed.
+    pub(crate) fn print_remarks(&self) {
+        let mut stderr = io::stderr().lock();
+        for remark in self.remarks() {
+            let _ = writeln!(stderr, "{remark}");
+        }
     }
 
     /// The next row; `None` at the end.
+    ///
+    /// # Errors
+    /// Lines that cannot be read, and rows whose steps or times do not rise.
     pub(crate) fn next_row(&mut self) -> Result<Option<CsvRow<'_>>, Failure> {
         while !self.held {
             if !self.read_line()? {
                 return Ok(None);
             }
-            self.held = !self.is_empty_line();
+            self.held = !layout::is_blank(&self.text);
             self.empty_lines += u64::from(!self.held);
         }
-        let (line, complaint) = if self.empty_lines > 0 {
-            let line = self.line - self.empty_lines;
+        let problem = if self.empty_lines > 0 {
             self.empty_lines -= 1;
-            (line, Some(self.empty_line()))
+            self.values.clear();
+            self.values.resize(self.channels.len(), f64::NAN);
+            None
         } else {
             self.held = false;
-            (self.line, self.parse().err())
+            match self.parse() {
+                Ok(missing) => {
+                    self.next_step += missing;
+                    None
+                }
+                Err(RowError::Bad(problem)) => Some(format!("line {}, {problem}", self.line)),
+                Err(RowError::Order(problem)) => {
+                    let (name, line) = (&self.name, self.line);
+                    return Err(Failure::input(format!("{name}, line {line}: {problem}")));
+                }
+            }
         };
-        let problem = complaint.map(|complaint| format!("line {line}, {complaint}"));
-        Ok(Some(CsvRow { line, values: &self.values, problem }))
+        let step = self.next_step;
+        // Where a column tells the steps, what is missing follows from the next row.
+        let counts = self.clock.place.is_none() || (problem.is_none() && !self.held);
+        self.next_step += u64::from(counts);
+        Ok(Some(CsvRow { step, values: &self.values, problem }))
     }
 
     /// Reads a line without its end. False at the end of the input.
     fn read_line(&mut self) -> Result<bool, Failure> {
-        self.text.clear();
-        let read = (&mut self.input).take(MAX_LINE).read_until(b'\n', &mut self.text);
-        let read =
-            read.map_err(|error| Failure::input(format!("cannot read `{}`: {error}", self.name)))?;
-        self.line += u64::from(read > 0);
-        if self.text.last() == Some(&b'\n') {
-            self.text.pop();
-        } else if read as u64 == MAX_LINE {
-            let (name, line, limit) = (&self.name, self.line, MAX_LINE >> 20);
-            return Err(Failure::input(format!("{name}, line {line}: longer than {limit} MiB")));
-        }
-        if self.text.last() == Some(&b'\r') {
-            self.text.pop();
-        }
-        Ok(read > 0)
+        let read = match self.ahead.pop_front() {
+            Some(line) => {
+                self.text = line;
+                true
+            }
+            None => self
+                .input
+                .read(&mut self.text)
+                .map_err(|error| Failure::input(format!("cannot read `{}`: {error}", self.name)))?,
+        };
+        self.line += u64::from(read);
+        Ok(read)
     }
 
-    fn is_empty_line(&self) -> bool {
-        self.text.trim_ascii().is_empty()
-    }
-
-    /// The problem of an empty line.
-    fn empty_line(&self) -> String {
-        match &self.header[..] {
-            [only] => format!("{only}: empty; {RIGHT}"),
-            columns => self.short(&columns[0], 0),
-        }
-    }
-
-    fn short(&self, first_missing: &CsvColumn, found: usize) -> String {
-        let expected = self.header.len();
-        format!("{first_missing}: missing, {found} fields instead of {expected}; {RIGHT}")
-    }
-
-    /// Takes the line apart and its numbers out.
-    fn parse(&mut self) -> Result<(), String> {
+    /// Takes the line apart and its numbers out. Returns how many steps are missing before it.
+    fn parse(&mut self) -> Result<u64, RowError> {
         split(&self.text, self.delimiter, &mut self.fields);
         let (found, expected) = (self.fields.len(), self.header.len());
-        if let Some(first_missing) = self.header.get(found) {
-            return Err(self.short(first_missing, found));
-        }
-        if found > expected {
-            return Err(format!(
+        if found > expected && self.fields.iter().skip(expected).any(|f| !f.trim_ascii().is_empty())
+        {
+            return Err(RowError::Bad(format!(
                 "column {}: one too many, {found} fields instead of {expected}; give each row as \
                  many fields as the header, or --skip-bad to take such rows as gaps",
                 expected + 1
-            ));
+            )));
         }
         self.values.clear();
-        for channel in &self.channels {
-            let number = number(&self.fields[channel.place]);
-            self.values.push(number.map_err(|wrong| format!("{channel}: {wrong}; {RIGHT}"))?);
+        for (channel, suspect) in self.channels.iter().zip(&mut self.suspects) {
+            let Some(field) = self.fields.get(channel.place) else {
+                return Err(short(&self.header, found));
+            };
+            let value = match number::number(field, &mut self.mark) {
+                _ if is_missing(&self.missing, field, None) => f64::NAN,
+                Ok(number) if is_missing(&self.missing, field, Some(number)) => f64::NAN,
+                Ok(number) => number,
+                Err(wrong) => return Err(bad_cell(channel, field, wrong)),
+            };
+            if value.abs() >= 999.0 && SENTINELS.contains(&value) {
+                let times = if suspect.value == value { suspect.times + 1 } else { 1 };
+                *suspect = Suspect { value, times };
+            }
+            self.values.push(value);
         }
-        Ok(())
+        let Some(place) = self.clock.place else {
+            return Ok(0);
+        };
+        let Some(cell) = self.fields.get(place) else {
+            return Err(short(&self.header, found));
+        };
+        self.clock.take(cell, &mut self.mark).map_err(|error| match error {
+            ClockError::Cell(wrong) => {
+                let column = &self.header[place];
+                RowError::Bad(format!("{column}: {wrong}; or --skip-bad to take such rows as gaps"))
+            }
+            ClockError::Order(wrong) => RowError::Order(wrong),
+        })
     }
 }
 
-fn number(field: &[u8]) -> Result<f64, String> {
-    let field = field.trim_ascii();
-    if field.is_empty() {
-        return Err("empty".to_owned());
+/// Reads lines until the first row tells the layout, or there are enough.
+fn read_head(
+    input: &mut TextLines,
+    flags: &TableFlags,
+    try_header: &mut impl FnMut(&[u8], u8) -> Result<Chosen, String>,
+) -> io::Result<(Vec<Vec<u8>>, Option<Layout>)> {
+    let mut head: Vec<Vec<u8>> = Vec::new();
+    let (mut layout, mut bytes, mut line) = (None, 0, Vec::new());
+    while head.len() < HEAD_LINES && bytes < HEAD_BYTES && input.read(&mut line)? {
+        bytes += line.len();
+        head.push(line.clone());
+        layout = layout.or_else(|| layout::find(&head, flags));
+        if let Some(layout) = &mut layout {
+            if layout.take_mark(&line) {
+                break;
+            }
+            continue;
+        }
+        // A row with numbers and text: the header is a line above that has what is wanted.
+        let Some((row, above)) = head.split_last() else { continue };
+        let may_be = |number: usize| flags.skip_lines.is_none_or(|skipped| skipped == number);
+        let delimiters = layout::delimiters(flags).iter().copied();
+        layout = delimiters.filter(|&delimiter| layout::has_numbers(row, delimiter)).find_map(
+            |delimiter| {
+                let mut lines = above.iter().enumerate().filter(|(number, _)| may_be(*number));
+                let (header, _) = lines.find(|(_, line)| {
+                    try_header(line, delimiter).is_ok_and(|chosen| chosen.is_by_name())
+                })?;
+                let below = Layout::below(&head, header, delimiter, flags);
+                Some(below.up_to(&Layout { rows: above.len(), ..below }, &head))
+            },
+        );
+        if layout.is_some() {
+            break;
+        }
     }
-    let shown = || String::from_utf8_lossy(field).chars().take(SHOWN).collect::<String>();
-    match std::str::from_utf8(field).ok().and_then(|text| text.parse::<f64>().ok()) {
-        Some(number) if number.is_finite() => Ok(number),
-        Some(_) => Err(format!("`{}` is not finite", shown())),
-        None => Err(format!("`{}` is not a number", shown())),
+    Ok((head, layout))
+}
+
+/// The header with what is wanted: that of the layout, or else another line.
+///
+/// # Errors
+/// In words, what is wrong with the header of the layout.
+fn choose_header(
+    head: &[Vec<u8>],
+    layout: Layout,
+    flags: &TableFlags,
+    try_header: &mut impl FnMut(&[u8], u8) -> Result<Chosen, String>,
+) -> Result<(Layout, Chosen), String> {
+    let problem = match try_header(&head[layout.header], layout.delimiter) {
+        Ok(chosen) => return Ok((layout, chosen)),
+        Err(problem) if flags.skip_lines.is_some() => return Err(problem),
+        Err(problem) => problem,
+    };
+    for (number, line) in head.iter().enumerate() {
+        for &delimiter in layout::delimiters(flags) {
+            let found = try_header(line, delimiter).ok().filter(Chosen::is_by_name);
+            if let Some(chosen) = found {
+                let below = Layout::below(head, number, delimiter, flags);
+                return Ok((below.up_to(&layout, head), chosen));
+            }
+        }
     }
+    let is_missing = problem.contains("missing column");
+    let hint = "; if the header is another line, give the lines before it with --skip-lines";
+    Err(problem + if is_missing { hint } else { "" })
+}
+
+/// Why a row cannot be used.
+enum RowError {
+    /// It is bad.
+    Bad(String),
+    /// It is not after the row before.
+    Order(String),
+}
+
+fn short(header: &[CsvColumn], found: usize) -> RowError {
+    let expected = header.len();
+    let missing = header.get(found).map_or_else(String::new, ToString::to_string);
+    RowError::Bad(format!("{missing}: missing, {found} fields instead of {expected}; {RIGHT}"))
+}
+
+fn bad_cell(channel: &CsvColumn, field: &[u8], wrong: Wrong) -> RowError {
+    let shown: String = decoded(field).chars().take(SHOWN).collect();
+    let looks_german = number::marked(&shown, DecimalMark::Comma).is_some();
+    RowError::Bad(match wrong {
+        Wrong::NotFinite => format!(
+            "{channel}: `{shown}` is not finite; {RIGHT}; if it stands for no value, add --missing {shown}"
+        ),
+        Wrong::Ambiguous => format!(
+            "{channel}: `{shown}` has a comma before decimals or between thousands; say which with \
+             `--decimal ,` or `--decimal .`"
+        ),
+        Wrong::Text if looks_german => format!(
+            "{channel}: `{shown}` is not a number; {RIGHT}; if a comma comes before decimals, add \
+             `--decimal ,`"
+        ),
+        Wrong::Text => format!(
+            "{channel}: `{shown}` is not a number; {RIGHT}; if it stands for no value, add --missing {shown}"
+        ),
+    })
+}
+
+fn is_missing(missing: &[(String, Option<f64>)], field: &[u8], number: Option<f64>) -> bool {
+    match number {
+        _ if missing.is_empty() => false,
+        Some(number) => missing.iter().any(|(_, missing)| *missing == Some(number)),
+        None => {
+            let text = decoded(field);
+            missing.iter().any(|(missing, _)| text.eq_ignore_ascii_case(missing))
+        }
+    }
+}
+
+fn header(line: &[u8], delimiter: u8) -> Vec<CsvColumn> {
+    let mut fields = ByteRecord::new();
+    split(line, delimiter, &mut fields);
+    let mut header = column::named(&fields);
+    // A delimiter at the end of the line begins no column.
+    while header.len() > 1 && header.last().is_some_and(|column| column.name.is_empty()) {
+        header.pop();
+    }
+    header
+}
+
+/// Numbers instead of names. Whole numbers may be names: some programs number unnamed columns.
+fn is_data(columns: &[CsvColumn]) -> bool {
+    columns.iter().all(|column| column.name.parse::<f64>().is_ok())
+        && columns.iter().any(|column| column.name.parse::<u64>().is_err())
+}
+
+/// What tells the steps of rows.
+///
+/// # Errors
+/// In words, which column is missing.
+fn clock(
+    header: &[CsvColumn],
+    flags: &TableFlags,
+    first_row: Option<&ByteRecord>,
+) -> Result<Clock, String> {
+    let of = |column: &CsvColumn| Clock::of_column(column.place, &column.name);
+    match flags.time.as_deref() {
+        Some("none") => return Ok(Clock::of_rows()),
+        Some(name) => return column::find(header, name).map(|column| of(&column)),
+        None => {}
+    }
+    if let Some(step) = header.iter().find(|column| column.name == STEP) {
+        return Ok(of(step));
+    }
+    let tells = |column: &&CsvColumn| {
+        let cell = first_row.and_then(|row| row.get(column.place));
+        clock::is_time_name(&column.name)
+            && cell.is_some_and(|cell| clock::is_moment(&decoded(cell)))
+    };
+    Ok(header.iter().find(tells).map_or_else(Clock::of_rows, of))
 }
 
 /// Puts the fields of a line into `fields`. Quotes protect delimiters; a field cannot contain a line
@@ -224,69 +512,73 @@ fn split_quoted(line: &[u8], delimiter: u8, fields: &mut ByteRecord) -> bool {
     matches!(reader.read_byte_record(fields), Ok(true))
 }
 
-/// Reads a step, which is a whole number.
-pub(crate) fn whole_step(step: f64) -> Result<u64, String> {
-    if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) {
-        return Ok(step as u64);
-    }
-    Err(format!("invalid step {step}: expected a whole number from 0"))
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
+    fn open(text: &str) -> CsvRows {
+        let input = Box::new(Cursor::new(text.as_bytes().to_vec()));
+        CsvRows::open(input, "t".into(), &TableFlags::default(), |_| Ok(None)).unwrap()
+    }
+
     /// Every row as its numbers or its problem.
-    fn rows(text: &str) -> Vec<Result<Vec<f64>, String>> {
-        let mut rows = CsvRows::new(text.as_bytes(), "t".into(), b',', |_| Ok(None)).unwrap();
+    fn rows(text: &str) -> Vec<Result<Vec<Option<f64>>, String>> {
+        let mut rows = open(text);
         let mut all = Vec::new();
         while let Some(row) = rows.next_row().unwrap() {
-            all.push(match row.problem {
-                Some(problem) => Err(problem.to_string()),
-                None => Ok(row.values.to_vec()),
-            });
+            let values = row.values.iter().map(|value| Some(*value).filter(|v| !v.is_nan()));
+            all.push(row.problem.map_or_else(|| Ok(values.collect()), Err));
         }
         all
     }
 
     #[test]
     fn line_ends_blanks_quotes_and_the_byte_order_mark_do_not_matter() {
-        let expected = [Ok(vec![1.0, 2.0]), Ok(vec![3.0, -4e-5])];
+        let expected = [Ok(vec![Some(1.0), Some(2.0)]), Ok(vec![Some(3.0), Some(-4e-5)])];
         for text in [
             "x,y\n1,2\n3,-4e-5\n",
             "x,y\r\n1,2\r\n3,-4e-5",
             "\u{feff}x, y\n 1 ,2\n\"3\",\"-4e-5\"\n\n  \n\n",
+            "x,y,\n1,2,\n3,-4e-5,\n",
         ] {
             assert_eq!(rows(text), expected, "{text:?}");
         }
     }
 
     #[test]
-    fn an_empty_line_between_rows_is_a_row_without_a_sample() {
-        let found = rows("x\n1\n\n\n4\n\n");
-        assert_eq!(found.len(), 4);
-        assert!(found[1].as_ref().unwrap_err().starts_with("line 3, column 1 `x`: empty"));
-        assert!(found[2].as_ref().unwrap_err().starts_with("line 4, column 1 `x`: empty"));
-        assert_eq!(found[3], Ok(vec![4.0]));
+    fn an_empty_line_or_cell_is_a_row_without_a_sample() {
+        let expected = [Some(1.0), None, None, Some(4.0)].map(|value| Ok(vec![value]));
+        assert_eq!(rows("x\n1\n\n\n4\n\n"), expected);
+        assert_eq!(rows("x\n1\nNaN\nnull\n4\n"), expected);
+        assert_eq!(rows("x,y\n,2\n")[0], Ok(vec![None, Some(2.0)]));
     }
 
     #[test]
     fn every_problem_names_its_line_and_column() {
-        let found = rows("x,y\n1,\n1,two\nNaN,1\n1,-inf\n1e999,0\n1\n1,2,3\n\n5,6\n");
+        let found = rows("x,y\n1,2\n1,two\n1,-inf\n1e999,0\n1\n1,2,3\n1,0;5\n5,6\n");
         let starts = [
-            "line 2, column 2 `y`: empty",
             "line 3, column 2 `y`: `two` is not a number",
-            "line 4, column 1 `x`: `NaN` is not finite",
-            "line 5, column 2 `y`: `-inf` is not finite",
-            "line 6, column 1 `x`: `1e999` is not finite",
-            "line 7, column 2 `y`: missing, 1 fields instead of 2",
-            "line 8, column 3: one too many, 3 fields instead of 2",
-            "line 9, column 1 `x`: missing, 0 fields instead of 2",
+            "line 4, column 2 `y`: `-inf` is not finite",
+            "line 5, column 1 `x`: `1e999` is not finite",
+            "line 6, column 2 `y`: missing, 1 fields instead of 2",
+            "line 7, column 3: one too many, 3 fields instead of 2",
+            "line 8, column 2 `y`: `0;5` is not a number",
         ];
-        for (row, start) in found.iter().zip(starts) {
+        for (row, start) in found[1..].iter().zip(starts) {
             assert!(row.as_ref().unwrap_err().starts_with(start), "{row:?}");
         }
-        assert_eq!(found[8], Ok(vec![5.0, 6.0]));
+        assert_eq!(found[7], Ok(vec![Some(5.0), Some(6.0)]));
+    }
+
+    #[test]
+    fn a_number_that_may_stand_for_none_is_remarked() {
+        let mut rows = open("x,y\n-999,-999\n-999,1\n");
+        while rows.next_row().unwrap().is_some() {}
+        let said =
+            "t: channel `x` is -999 in 2 rows; if that stands for no value, add --missing -999";
+        assert_eq!(rows.remarks(), [said]);
     }
 
     fn fields(line: &str, delimiter: u8) -> Vec<String> {
@@ -302,13 +594,5 @@ mod tests {
         assert_eq!(fields("\"a,b\",\"c \"\"d\"\"\"", b','), ["a,b", "c \"d\""]);
         assert_eq!(fields("", b','), [""]);
         assert_eq!(fields("\"open,1", b','), ["open,1"]);
-    }
-
-    #[test]
-    fn a_step_is_a_whole_number() {
-        assert_eq!(whole_step(12.0), Ok(12));
-        for step in [-1.0, 0.5, 1e300] {
-            assert!(whole_step(step).is_err(), "{step}");
-        }
     }
 }

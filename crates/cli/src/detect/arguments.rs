@@ -7,17 +7,24 @@ use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
-use super::channels::{ChannelGroup, Tuning};
+use super::channels::{ChannelGroup, GapRule, Tuning};
+use crate::csv_rows::TableFlags;
 
 /// Run the change detector on your own numbers
 ///
-/// FILE is a table (CSV) with a header row; each column is a channel, each row a sampling instant.
+/// FILE is a table (CSV, or what a logger or spreadsheet exports) with a header row; each column is a
+/// channel, each row a sampling instant. A column `step` or of times tells which rows are missing and is
+/// no channel. An empty cell is a gap of its channel, an empty line one of all.
+///
 /// For every row and channel the detector gives the Kullback-Leibler divergence between the running
 /// Gaussian of the last vectors of samples and that of some steps ago: about 0 as long as the
-/// statistics of the channel stay what they are, large when they change.
+/// statistics of the channel stay what they are, large when they change. A sliding interval gives a change
+/// a second time: when it leaves the interval, about that many rows later. Such rows are neither counted as
+/// changes nor as the largest divergence; --json has `"leaving":true` there.
 ///
 /// All channels share one set of settings: channels of different units are best run one by one
-/// with --columns. With --config each column is watched as the module's diagnoser does it.
+/// with --columns. With --config each column is watched as the module's diagnoser does it: a gap of a few
+/// steps is filled, after a long one the channel is learnt anew.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Table with a header row; `-` reads standard input
@@ -33,7 +40,8 @@ pub(crate) struct Arguments {
     interval: usize,
     /// Take the settings of the columns from a diagnoser's configuration, as often as there are
     /// modules. Columns are then named by the paths of components, `module1/actuator/a1`; other
-    /// columns are left out. The first row counts as the first step of a run
+    /// columns are left out. The first row counts as the first step of a run. Changes that leave the
+    /// interval are listed like others
     #[arg(
         long = "config",
         value_name = "CONFIG.toml",
@@ -56,16 +64,11 @@ pub(crate) struct Arguments {
     /// Rows below the threshold after which a change has ended, at least 1
     #[arg(long, value_name = "ROWS", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     quiet_steps: u64,
-    /// Only these columns, separated by commas
+    /// Only these columns, separated by commas: names, or numbers from 1 such as `#3`
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(super) columns: Option<Vec<String>>,
-    /// Character between the fields of a row
-    #[arg(long, value_name = "CHARACTER", default_value = ",", value_parser = delimiter)]
-    pub(super) delimiter: u8,
-    /// Count bad rows and take them as gaps instead of stopping at the first one. Bad are rows with
-    /// an empty cell, text, a number that is not finite, or the wrong number of fields
-    #[arg(long)]
-    pub(super) skip_bad: bool,
+    #[command(flatten)]
+    pub(super) table: TableFlags,
     /// Print one line of JSON for each row
     #[arg(long)]
     pub(super) json: bool,
@@ -90,6 +93,8 @@ impl Arguments {
             settings: DivergenceSettings { window: self.window, lag: self.lag, interval },
             warm_up: self.warm_up,
             quiet_steps: self.quiet_steps,
+            gaps: GapRule::OPEN,
+            marks_leaving: true,
             channels: vec![tuning; channels],
         }
     }
@@ -128,14 +133,4 @@ fn threshold(text: &str) -> Result<f64, String> {
     let number: f64 = text.parse().unwrap_or(f64::NAN);
     let usable = number.is_finite() && number > 0.0;
     if usable { Ok(number) } else { Err("use a finite number above 0".into()) }
-}
-
-fn delimiter(text: &str) -> Result<u8, String> {
-    match text {
-        "\\t" => Ok(b'\t'),
-        _ => match text.as_bytes() {
-            [byte] if byte.is_ascii() && !b"\"\r\n".contains(byte) => Ok(*byte),
-            _ => Err("use one ASCII character, e.g. `;`, or `\\t` for a tabulator".into()),
-        },
-    }
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use daemon::config::load_diagnoser;
 use diagnosis::ModuleSetup;
 use diagnosis::divergence::{DivergenceSettings, Interval};
+use diagnosis::residual::longest_gap_of_structure;
 use vocabulary::{ComponentPath, ModuleName};
 
 use crate::failure::Failure;
@@ -18,6 +19,20 @@ pub(super) struct Tuning {
     pub(super) threshold: f64,
 }
 
+/// What becomes of a channel that has had no value for some steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct GapRule {
+    /// Up to so many missing values are filled in, on a straight line.
+    pub(super) longest_filled: u64,
+    /// After more than so many the channel is learnt anew. In between, no window is formed across the gap.
+    pub(super) longest_bridged: u64,
+}
+
+impl GapRule {
+    /// No window is formed across any gap.
+    pub(super) const OPEN: GapRule = GapRule { longest_filled: 0, longest_bridged: u64::MAX };
+}
+
 /// Channels that have their settings in common; they stand side by side.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct ChannelGroup {
@@ -26,6 +41,9 @@ pub(super) struct ChannelGroup {
     pub(super) warm_up: u64,
     /// Rows below the threshold after which a change has ended.
     pub(super) quiet_steps: u64,
+    pub(super) gaps: GapRule,
+    /// Is a change that leaves the interval told from one that begins?
+    pub(super) marks_leaving: bool,
     pub(super) channels: Vec<Tuning>,
 }
 
@@ -137,6 +155,12 @@ impl ModuleChannels {
                 settings: setup.detection.divergence,
                 warm_up: setup.detection.warm_up_vectors,
                 quiet_steps: setup.isolation.quiet_steps,
+                gaps: GapRule {
+                    longest_filled: setup.isolation.tie_steps,
+                    longest_bridged: longest_gap_of_structure(setup.step_s),
+                },
+                // A diagnoser leaves that to its isolation.
+                marks_leaving: false,
                 channels,
             },
         }

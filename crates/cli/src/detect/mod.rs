@@ -3,6 +3,7 @@
 mod arguments;
 mod channels;
 mod detector;
+mod leaving;
 mod report;
 mod tally;
 
@@ -26,7 +27,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         modules => Some(modules.iter().flat_map(|module| module.columns.clone()).collect()),
     };
     let (input, name) = open(&arguments.file)?;
-    let rows = CsvRows::new(input, name, arguments.delimiter, |_| Ok(columns))?;
+    let rows = CsvRows::open(input, name, &arguments.table, |_| Ok(columns.clone()))?;
     let plan = match &modules[..] {
         [] => DetectionPlan::alike(arguments.group(rows.channels().len())),
         _ => DetectionPlan::of_modules(modules),
@@ -41,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn judge(
     arguments: &Arguments,
     plan: &DetectionPlan,
-    mut rows: CsvRows<Box<dyn Read>>,
+    mut rows: CsvRows,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let channels = rows.channels();
@@ -50,10 +51,10 @@ fn judge(
     let mut tally = TableTally::new(channels.len());
     while let Some(row) = rows.next_row()? {
         let usable = row.problem.is_none();
-        if let Some(problem) = row.problem.filter(|_| !arguments.skip_bad) {
+        if let Some(problem) = row.problem.filter(|_| !arguments.table.skip_bad) {
             return Err(Failure::input(format!("{}, {problem}", rows.name())));
         }
-        let readings = detector.take(usable.then_some(row.values));
+        let readings = detector.take(usable.then_some((row.step, row.values)));
         tally.take(usable, readings);
         report.row(tally.last_row(), usable, readings)?;
         if rows.is_drained() {
@@ -61,8 +62,9 @@ fn judge(
         }
     }
     report.end(rows.name(), &tally)?;
+    rows.print_remarks();
     warn_on_stderr(rows.name(), &channels, &tally);
-    Ok(())
+    tally.check_judged(rows.name(), plan)
 }
 
 fn open(file: &Path) -> Result<(Box<dyn Read>, String), Failure> {

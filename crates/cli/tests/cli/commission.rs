@@ -227,7 +227,7 @@ fn recordings_that_cannot_be_used_are_refused() {
     for (from, to, said) in [
         ("g2/elongation_m", "g2/strain", "missing column `upper/sensor/g2/elongation_m`"),
         ("\n7,", "\n6,", "line 9: step 6 after step 6; give each step once, rising"),
-        ("\n7,", "\n6.5,", "line 9: invalid step 6.5"),
+        ("\n7,", "\n6.5,", "line 9, column 1 `step`: invalid step `6.5`"),
         ("\n7,", "\n7,x,", "upper.csv, line 9"),
     ] {
         fs::write(&table, good.replacen(from, to, 1)).unwrap();

@@ -129,12 +129,9 @@ fn a_change_is_over_once_the_channel_was_quiet_for_long_enough() {
 fn bad_rows_are_refused_by_line_and_column() {
     let finite = "use a finite number";
     for (table, said) in [
-        ("x,y\n1,2\n3,\n", "standard input, line 3, column 2 `y`: empty; use a finite number"),
-        ("x,y\n1,2\n\n3,4\n", "line 3, column 1 `x`: missing, 0 fields instead of 2"),
-        ("x,y\n1,2\n3\n", "line 3, column 2 `y`: missing, 1 fields instead of 2"),
+        ("x,y\n1,2\n3\n", "standard input, line 3, column 2 `y`: missing, 1 fields instead of 2"),
         ("x,y\n1,2\n3,4,5\n", "line 3, column 3: one too many, 3 fields instead of 2"),
         ("x,y\n1,2\nfour,5\n", "line 3, column 1 `x`: `four` is not a number"),
-        ("x,y\n1,2\n3,NaN\n", "line 3, column 2 `y`: `NaN` is not finite"),
         ("x,y\n1,2\n-inf,4\n", "line 3, column 1 `x`: `-inf` is not finite"),
         ("x,y\n1,2\n1e999,4\n", "line 3, column 1 `x`: `1e999` is not finite"),
     ] {
@@ -150,7 +147,7 @@ fn skipped_bad_rows_keep_their_place_and_are_counted_as_gaps() {
     let table = "x\n1\n1\n4\nNaN\nabc\n\n1,2\n4\n4\n4\n";
     let outcome = small(table, &["--json", "--skip-bad"]);
     assert_eq!(outcome.code, Some(0));
-    assert_eq!(outcome.stderr, "standard input: 4 of 10 rows were bad and count as gaps\n");
+    assert_eq!(outcome.stderr, "standard input: 2 of 10 rows were bad and count as gaps\n");
     let found = rows(&outcome);
     let indices: Vec<u64> = found.iter().map(|row| row["index"].as_u64().unwrap()).collect();
     assert_eq!(indices, (0..10).collect::<Vec<u64>>());
@@ -209,6 +206,7 @@ fn settings_out_of_range_name_flag_and_range() {
 fn headers_that_cannot_be_meant_are_refused() {
     for (table, said) in [
         ("", "line 1: empty; put a header row"),
+        ("x,y\n", "nothing was judged: 0 rows are too few"),
         ("\n1\n", "line 1: empty; put a header row"),
         ("0.5,0.25\n1,2\n", "line 1: `0.5` is a number; put a header row"),
         ("x,x\n1,2\n", "line 1, column 2 `x`: duplicate name"),
@@ -218,6 +216,110 @@ fn headers_that_cannot_be_meant_are_refused() {
     }
     small("x,y\n1,2\n", &["--columns", "x,z"]).fails(3, &["missing column `z`; use `x`, `y`"]);
     small("x,y\n1,2\n", &["--columns", "x,x"]).fails(3, &["column 1 `x`", "duplicate name"]);
+}
+
+#[test]
+fn an_empty_cell_is_a_gap_of_its_channel_alone() {
+    let defined = |table: &str, channel: &str| -> Vec<bool> {
+        let flags = ["--json", "--window", "2", "--lag", "1", "--interval", "0"];
+        let outcome =
+            run_with(table, &[&["detect", "-", "--prior-scatter", "1"], &flags[..]].concat());
+        outcome.succeeds();
+        rows(&outcome)
+            .iter()
+            .map(|row| row["channels"][channel]["divergence"].is_number())
+            .collect()
+    };
+    let whole = "x,y\n1,1\n2,2\n4,4\n3,3\n5,5\n1,1\n2,2\n7,7\n";
+    let holed = whole.replace("5,5", ",5").replace("1,1\n2,2\n7", "1,1\n2,NA\n7");
+    let undefined: Vec<bool> = vec![false; 3];
+    assert_eq!(defined(&holed, "y")[..6], defined(whole, "y")[..6]);
+    assert_eq!(defined(&holed, "x"), [&undefined[..], &[true, false, false, true, true]].concat());
+    assert_eq!(defined(&holed, "y"), [&undefined[..], &[true, true, true, false, false]].concat());
+}
+
+#[test]
+fn a_channel_with_a_gap_of_its_own_leaves_the_others_as_they_are() {
+    let cell = |row: u32, channel: u32| f64::from((row * 7 + channel * 3) % 11).to_string();
+    let table = |holes: bool| -> String {
+        let row = |row: u32| -> String {
+            let cells = (0..6).map(|channel| match (holes, channel, row % 9) {
+                (true, 1, 4) | (true, 4, 7) => String::new(),
+                _ => cell(row, channel),
+            });
+            cells.collect::<Vec<_>>().join(",") + "\n"
+        };
+        "a,b,c,d,e,f\n".to_owned() + &(0..60).map(row).collect::<String>()
+    };
+    let arguments =
+        ["detect", "-", "--prior-scatter", "1", "--json", "--window", "1", "--interval", "20"];
+    let of = |table: &str| rows(&run_with(table, &arguments));
+    let same = |a: &Value, b: &Value, name: &str| a["channels"][name] == b["channels"][name];
+    let (holed, whole) = (of(&table(true)), of(&table(false)));
+    assert_eq!((holed.len(), whole.len()), (60, 60));
+    for (holed, whole) in holed.iter().zip(&whole) {
+        assert!(["a", "c", "d", "f"].iter().all(|name| same(holed, whole, name)), "{holed}");
+    }
+    let undefined = |name: &str| {
+        holed.iter().filter(|row| row["channels"][name]["divergence"].is_null()).count()
+    };
+    assert!(undefined("b") >= 6 && undefined("e") >= 6);
+}
+
+#[test]
+fn nothing_judged_is_no_success() {
+    let arguments = ["detect", "-", "--prior-scatter", "1"];
+    let with = |table: &str, more: &[&str]| run_with(table, &[&arguments[..], more].concat());
+    with("x\n1\n2\n", &[]).fails(3, &["nothing was judged: 2 rows are too few, use at least 21"]);
+    let bad = "x\n1\n".to_owned() + &"one\n".repeat(30);
+    with(&bad, &["--skip-bad"]).fails(3, &["nothing was judged: 30 of 31 rows were bad"]);
+    let gaps = "x\n1\n".to_owned() + &"NaN\n1\n".repeat(30);
+    with(&gaps, &["--json"]).fails(3, &["no channel has enough values without a gap"]);
+}
+
+#[test]
+fn steps_and_times_tell_what_is_missing_and_must_rise() {
+    let undefined = |table: &str| -> usize {
+        let flags = ["--json", "--window", "3", "--lag", "1", "--interval", "0"];
+        let outcome =
+            run_with(table, &[&["detect", "-", "--prior-scatter", "1"], &flags[..]].concat());
+        outcome.succeeds();
+        let rows = rows(&outcome);
+        assert_eq!(rows[0]["channels"].as_object().unwrap().len(), 1, "the clock is no channel");
+        rows.iter().filter(|row| row["channels"]["x"]["divergence"].is_null()).count()
+    };
+    let table = |name: &str, gap: u64| -> String {
+        let row = |k: u64| format!("{},{}\n", k + if k < 10 { 0 } else { gap }, k % 5);
+        format!("{name},x\n") + &(0..20).map(row).collect::<String>()
+    };
+    for name in ["step", "time"] {
+        assert_eq!(undefined(&table(name, 0)), 4);
+        assert_eq!(undefined(&table(name, 3)), 6);
+    }
+    small("step,x\n4,1\n5,1\n5,1\n", &[])
+        .fails(3, &["standard input, line 4: step 5 after step 5; give each step once, rising"]);
+    small("time,x\n2,1\n1,1\n", &["--skip-bad"]).fails(3, &["line 3: time `1` lies before"]);
+    let chosen = small("step,x\n4,1\n5,1\n6,1\n", &["--json", "--columns", "step"]);
+    assert!(rows(&chosen)[0]["channels"]["step"].is_object());
+}
+
+#[test]
+fn a_change_that_leaves_the_interval_is_not_counted() {
+    let value = |k: u32| f64::from((k * 7919) % 101) / 50.0 + if k < 300 { 0.0 } else { 20.0 };
+    let table =
+        "x\n".to_owned() + &(0..1000).map(|k| format!("{}\n", value(k))).collect::<String>();
+    let flags = ["--window", "3", "--lag", "5", "--interval", "400", "--warm-up", "50"];
+    let arguments = ["detect", "-", "--prior-scatter", "1", "--threshold", "0.2"];
+    let outcome = run_with(&table, &[&arguments[..], &flags].concat());
+    outcome.succeeds();
+    let line = outcome.stdout.lines().find(|line| line.trim_start().starts_with("x ")).unwrap();
+    let cells: Vec<&str> = line.split_whitespace().collect();
+    assert_eq!(cells[4], "1", "{line}");
+    assert!(cells[5].parse::<u32>().unwrap().abs_diff(300) < 10, "{line}");
+    assert!(outcome.stdout.contains("left the interval, not counted: 1"), "{}", outcome.stdout);
+    let json = run_with(&table, &[&arguments[..], &flags, &["--json"]].concat());
+    let leaving = |row: &Value| row["channels"]["x"]["leaving"] == true;
+    assert!(rows(&json).iter().any(leaving));
 }
 
 #[test]
@@ -245,7 +347,7 @@ fn the_summary_shows_where_the_largest_divergence_and_the_changes_are() {
         line.unwrap().split_whitespace().map(str::to_owned).collect()
     };
     assert_eq!(line("quiet"), ["quiet", "5", "0.000000", "2", "0", "-"]);
-    assert_eq!(line("x ")[3..], ["5", "2", "3", "5"]);
+    assert_eq!(line("x ")[3..], ["3", "1", "3"], "at row 5 it leaves the interval of 2");
     let every_row = small(table, &["--all", "--threshold", "0.5"]);
     assert_eq!(every_row.stdout.lines().count(), 8);
     assert!(every_row.stdout.lines().nth(4).unwrap().trim_end().ends_with('!'));

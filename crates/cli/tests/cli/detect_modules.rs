@@ -108,7 +108,29 @@ fn a_column_that_is_missing_is_named() {
     detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2`"]);
     let outcome = detect(table, &one, &["--columns", "step"]);
     outcome.fails(2, &["no module given has a component `step`", "`module1/sensor/g8`"]);
-    detect(table, &one, &["--columns", "module1/actuator/a1"]).succeeds();
+    let rows: String = (0..100).map(|step| format!("{step},{}\n", step % 7)).collect();
+    let table = "step,module1/actuator/a1\n".to_owned() + &rows;
+    detect(&table, &one, &["--columns", "module1/actuator/a1"]).succeeds();
+}
+
+#[test]
+fn a_gap_is_no_change_and_steps_must_rise() {
+    let one = modules(&["module1.toml"]);
+    let noise = |step: u64| 40.0 * (12.9898 * (step * 7919) as f64).sin();
+    let table = |gap: u64, shift: f64| -> String {
+        let row = |k: u64| {
+            let (gap, shift) = if k < 3000 { (0, 0.0) } else { (gap, shift) };
+            format!("{},{}\n", k + gap, noise(k) + shift)
+        };
+        "step,module1/actuator/a1\n".to_owned() + &(0..6000).map(row).collect::<String>()
+    };
+    let only = ["--columns", "module1/actuator/a1", "--json"];
+    assert!(!changes(&detect(&table(0, 5000.0), &one, &only)).is_empty(), "a jump is a change");
+    let after_a_night = changes(&detect(&table(50_000_000, 5000.0), &one, &only));
+    assert!(after_a_night.is_empty(), "{after_a_night:?}");
+    let back = table(0, 0.0) + "17,0\n";
+    detect(&back, &one, &only)
+        .fails(3, &["line 6002: step 17 after step 5999; give each step once"]);
 }
 
 #[test]

@@ -55,6 +55,13 @@ fn blend(into: &mut [f64], from: &[f64], to: &[f64], share: f64) {
     }
 }
 
+/// Most samples that may be missing in a row, sampled every `step_s` seconds, before a diagnoser learns its channels
+/// anew.
+#[must_use]
+pub fn longest_gap_of_structure(step_s: f64) -> u64 {
+    ((LONGEST_GAP_OF_STRUCTURE_S / step_s).round() as u64).max(1)
+}
+
 /// Lost samples that the force loops are stepped through.
 pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) -> u64 {
     ((LONGEST_GAP_OF_LOOPS * hydraulics.time_constant_s() / step_s).round() as u64).max(1)
@@ -105,7 +112,7 @@ impl ResidualGenerator {
         Ok(Self {
             kind,
             longest_gap_of_loops: longest_gap_of_loops(&hydraulics, step_s),
-            longest_gap_of_structure: steps(LONGEST_GAP_OF_STRUCTURE_S),
+            longest_gap_of_structure: longest_gap_of_structure(step_s),
             loops_settle: steps(LOOPS_SETTLE * time_constant_s),
             loops: vec![TrackedForce::new(hydraulics, step_s); actuators],
             hydraulics,

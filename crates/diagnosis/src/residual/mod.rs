@@ -7,5 +7,5 @@ mod tracked_force;
 
 pub use force_loop::ForceLoop;
 pub(crate) use generator::longest_gap_of_loops;
-pub use generator::{ActuatorResidual, ResidualGenerator};
+pub use generator::{ActuatorResidual, ResidualGenerator, longest_gap_of_structure};
 pub use nominal_hydraulics::{HydraulicsError, NominalHydraulics};

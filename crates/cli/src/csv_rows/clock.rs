@@ -1,0 +1,303 @@
+//! Which step a row is: by a column of steps, by one of times, or by counting.
+
+use super::number::{DecimalMark, decoded, number};
+
+/// Name of the column that numbers the steps.
+pub(super) const STEP: &str = "step";
+/// Usual names of a column of times, without units and in small letters.
+const TIMES: [&str; 15] = [
+    "time",
+    "t",
+    "ts",
+    "timestamp",
+    "time stamp",
+    "datetime",
+    "date time",
+    "date/time",
+    "date_time",
+    "elapsed",
+    "elapsed time",
+    "utc",
+    "x_value",
+    "zeit",
+    "datum/zeit",
+];
+/// Up to here every whole number is a floating-point number.
+const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
+/// Time differences that tell the usual one.
+const RECENT: usize = 9;
+/// A time difference of so many usual ones is a gap.
+const GAP: f64 = 1.5;
+/// A clock whose recent differences are all this close together shows every row its own time.
+const STEADY: f64 = 1.25;
+const DAY_S: f64 = 86_400.0;
+
+/// Why a row has no step.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum ClockError {
+    /// The cell is bad.
+    Cell(String),
+    /// It is not after the row before.
+    Order(String),
+}
+
+/// Counts the steps of rows.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Clock {
+    /// Of the column that tells, if one does.
+    pub(super) place: Option<usize>,
+    is_step: bool,
+    last: Option<Moment>,
+    /// The latest time differences, in no order.
+    recent: Vec<f64>,
+    taken: usize,
+}
+
+/// A step, or a time in any unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Moment {
+    value: f64,
+    /// A time of day, which begins anew at midnight.
+    of_day: bool,
+}
+
+impl Clock {
+    /// Counts rows.
+    pub(super) fn of_rows() -> Clock {
+        Clock::default()
+    }
+
+    /// Reads this column.
+    pub(super) fn of_column(place: usize, name: &str) -> Clock {
+        Clock { place: Some(place), is_step: name == STEP, ..Clock::default() }
+    }
+
+    /// Rows missing before this one, whose cell this is; of the first row, its step.
+    pub(super) fn take(
+        &mut self,
+        cell: &[u8],
+        mark: &mut Option<DecimalMark>,
+    ) -> Result<u64, ClockError> {
+        if self.is_step {
+            let step = whole_step(cell, mark).map_err(ClockError::Cell)?;
+            return match self.last.replace(Moment { value: step, of_day: false }) {
+                Some(last) if step <= last.value => Err(ClockError::Order(format!(
+                    "step {step} after step {}; give each step once, rising",
+                    last.value
+                ))),
+                Some(last) => Ok((step - last.value) as u64 - 1),
+                None => Ok(step as u64),
+            };
+        }
+        let text = decoded(cell);
+        let Some(mut now) = moment(&text, mark) else {
+            return Err(ClockError::Cell(format!("`{text}` is not a time")));
+        };
+        let Some(last) = self.last else {
+            self.last = Some(now);
+            return Ok(0);
+        };
+        if now.of_day {
+            now.value += DAY_S * ((last.value - now.value) / DAY_S).round().max(0.0);
+        }
+        let passed = now.value - last.value;
+        let usual = self.usual();
+        if passed < 0.0 || (passed == 0.0 && self.is_steady()) {
+            let what = if passed < 0.0 { "lies before the row above" } else { "is repeated" };
+            return Err(ClockError::Order(format!(
+                "time `{text}` {what}; give rows in order of time, or count them with --time none"
+            )));
+        }
+        self.last = Some(now);
+        self.remember(passed);
+        Ok(match usual {
+            Some(usual) if passed > GAP * usual => ((passed / usual).round() as u64).max(1) - 1,
+            _ => 0,
+        })
+    }
+
+    fn remember(&mut self, passed: f64) {
+        if self.recent.len() < RECENT {
+            self.recent.push(passed);
+        } else {
+            self.recent[self.taken % RECENT] = passed;
+        }
+        self.taken += 1;
+    }
+
+    /// The usual time difference, above 0.
+    fn usual(&self) -> Option<f64> {
+        let mut recent = [f64::INFINITY; RECENT];
+        recent[..self.recent.len()].copy_from_slice(&self.recent);
+        recent.sort_unstable_by(f64::total_cmp);
+        // One row in three may follow a gap, and some may share their time.
+        let usual = recent[self.recent.len().saturating_sub(1) * 2 / 3];
+        Some(usual).filter(|usual| usual.is_finite() && *usual > 0.0)
+    }
+
+    fn is_steady(&self) -> bool {
+        let least = self.recent.iter().copied().fold(f64::INFINITY, f64::min);
+        self.recent.len() == RECENT && self.recent.iter().all(|passed| *passed < STEADY * least)
+    }
+}
+
+/// Is a column of this name one of times?
+pub(super) fn is_time_name(name: &str) -> bool {
+    let name = name.split(['[', '(']).next().unwrap_or(name).trim().to_lowercase();
+    let name = ["_s", "_ms"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(&name);
+    TIMES.contains(&name)
+}
+
+/// Does a clock read this cell?
+pub(super) fn is_moment(text: &str) -> bool {
+    moment(text, &mut None).is_some()
+}
+
+/// Is this a date or a time of day?
+pub(super) fn is_date(text: &str) -> bool {
+    date(text).is_some()
+}
+
+fn moment(text: &str, mark: &mut Option<DecimalMark>) -> Option<Moment> {
+    match number(text.as_bytes(), mark) {
+        Ok(value) if value.is_finite() => Some(Moment { value, of_day: false }),
+        Ok(_) | Err(_) => date(text),
+    }
+}
+
+/// A time of day, with or without a date before it. Of a date whose order is not known only the time of
+/// day counts.
+fn date(text: &str) -> Option<Moment> {
+    let text = text.trim_matches('"');
+    let (day, rest) = match text.split_once(['T', ' ']) {
+        Some((day, rest)) => (days(day)?, rest.trim()),
+        None if text.contains(':') => (None, text),
+        None => return days(text)?.map(|days| Moment { value: days * DAY_S, of_day: false }),
+    };
+    let rest = rest.trim_end_matches(['Z', 'z']);
+    let end = rest.find(|c: char| !c.is_ascii_digit() && !":.,".contains(c)).unwrap_or(rest.len());
+    let (clock, after) = rest.split_at(end);
+    let mut seconds = hours(clock)?;
+    match after.trim() {
+        "" => {}
+        half if half.eq_ignore_ascii_case("am") || half.eq_ignore_ascii_case("pm") => {
+            seconds %= DAY_S / 2.0;
+            seconds += if half.eq_ignore_ascii_case("pm") { DAY_S / 2.0 } else { 0.0 };
+        }
+        offset => {
+            let east = offset.strip_prefix('+').map(hours);
+            let west = offset.strip_prefix('-').map(|west| hours(west).map(|west| -west));
+            seconds -= east.or(west)??;
+        }
+    }
+    let value = day.map_or(seconds, |days| days * DAY_S + seconds);
+    Some(Moment { value, of_day: day.is_none() })
+}
+
+/// `hh:mm` or `hh:mm:ss.fff` in seconds.
+fn hours(text: &str) -> Option<f64> {
+    let mut parts = text.splitn(3, ':');
+    let mut whole = || parts.next().map(|part| part.parse::<u32>().ok());
+    let (hour, minute) = (whole()??, whole()??);
+    let seconds = parts.next().map_or(Some(0.0), |part| part.replace(',', ".").parse().ok())?;
+    let right = hour < 25 && minute < 60 && (0.0..61.0).contains(&seconds);
+    right.then(|| f64::from(hour * 3600 + minute * 60) + seconds)
+}
+
+/// Days since some day; the inner `None` if day and month cannot be told apart. The outer one if it is no date.
+fn days(text: &str) -> Option<Option<f64>> {
+    let mark = text.chars().find(|c| !c.is_ascii_digit())?;
+    let parts: Vec<&str> = text.split(mark).collect();
+    let [a, b, c] = parts[..] else { return None };
+    let right = |part: &str, most| part.parse::<u32>().is_ok_and(|number| number <= most);
+    let number = |part: &str| part.parse::<f64>().unwrap_or(0.0);
+    let civil = |year: f64, month: f64, day: f64| {
+        // March is the first month, so that the leap day is the last of a year.
+        let (year, month) =
+            if month > 2.0 { (year, month - 3.0) } else { (year - 1.0, month + 9.0) };
+        let leap = (year / 4.0).floor() - (year / 100.0).floor() + (year / 400.0).floor();
+        365.0 * year + leap + ((153.0 * month + 2.0) / 5.0).floor() + day
+    };
+    match mark {
+        '-' | '/' if a.len() == 4 && right(a, 9999) && right(b, 12) && right(c, 31) => {
+            Some(Some(civil(number(a), number(b), number(c))))
+        }
+        '.' if right(a, 31) && right(b, 12) && right(c, 9999) && c.len() >= 2 => {
+            Some(Some(civil(number(c), number(b), number(a))))
+        }
+        '/' | '-' if right(a, 31) && right(b, 31) && right(c, 9999) => Some(None),
+        _ => None,
+    }
+}
+
+/// Reads a step, which is a whole number.
+fn whole_step(cell: &[u8], mark: &mut Option<DecimalMark>) -> Result<f64, String> {
+    match number(cell, mark) {
+        Ok(step) if step.fract() == 0.0 && (0.0..=LARGEST_STEP).contains(&step) => Ok(step),
+        _ => {
+            let text = decoded(cell);
+            Err(format!("invalid step `{text}`: expected a whole number from 0"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Missing rows before each, or what is wrong.
+    fn missing(name: &str, cells: &[&str]) -> Vec<Result<u64, ClockError>> {
+        let mut clock = Clock::of_column(0, name);
+        cells.iter().map(|cell| clock.take(cell.as_bytes(), &mut None)).collect()
+    }
+
+    fn is_order(result: &Result<u64, ClockError>) -> bool {
+        matches!(result, Err(ClockError::Order(_)))
+    }
+
+    #[test]
+    fn steps_are_whole_numbers_that_rise() {
+        assert_eq!(missing(STEP, &["17", "18", "20.0", "1020"]), [Ok(17), Ok(0), Ok(1), Ok(999)]);
+        assert!(missing(STEP, &["5", "5", "4"])[1..].iter().all(is_order));
+        for cell in ["-1", "0.5", "1e300", "x", ""] {
+            assert!(matches!(missing(STEP, &[cell])[0], Err(ClockError::Cell(_))), "{cell}");
+        }
+    }
+
+    #[test]
+    fn a_longer_time_than_usual_is_a_gap() {
+        let times = ["0.00", "0.01", "0.02", "0.03", "0.07", "0.08", "0.095", "0.10"];
+        let expected = [0, 0, 0, 0, 3, 0, 0, 0].map(Ok);
+        assert_eq!(missing("t", &times), expected);
+        let days = ["2024-02-28 23:59:58", "2024-02-28 23:59:59", "2024-02-29T00:00:00Z"];
+        assert_eq!(missing("t", &days), [Ok(0), Ok(0), Ok(0)]);
+        let german = ["28.02.2023 23:59", "01.03.2023 00:00", "01.03.2023 00:02"];
+        assert_eq!(missing("t", &german), [Ok(0), Ok(0), Ok(1)]);
+        let of_day = ["23:59:59,5", "0:00:00,0", "0:00:00,5", "0:00:02"];
+        assert_eq!(missing("t", &of_day), [Ok(0), Ok(0), Ok(0), Ok(2)]);
+        let halves = ["1/2/2024 11:59:59 AM", "1/2/2024 12:00:00 PM", "1/2/2024 12:00:01 PM"];
+        assert_eq!(missing("t", &halves), [Ok(0), Ok(0), Ok(0)]);
+        let offsets = ["2024-10-27T02:59:59+02:00", "2024-10-27T02:00:00+01:00"];
+        assert_eq!(missing("t", &offsets), [Ok(0), Ok(0)]);
+    }
+
+    #[test]
+    fn a_time_that_goes_back_or_is_repeated_is_refused() {
+        assert!(is_order(&missing("t", &["2024-10-27 02:59:59", "2024-10-27 02:00:00"])[1]));
+        let mut steady: Vec<String> = (0..12).map(|k| k.to_string()).collect();
+        steady.push("11".into());
+        let steady: Vec<&str> = steady.iter().map(String::as_str).collect();
+        assert!(is_order(&missing("t", &steady)[12]));
+        // A coarse clock shows several rows the same time.
+        let coarse = ["1", "1", "1", "2", "2", "2", "3", "3", "3"];
+        assert!(missing("t", &coarse).iter().all(|missing| *missing == Ok(0)));
+    }
+
+    #[test]
+    fn columns_of_times_have_usual_names() {
+        for name in ["t", "Time", "Time [s]", "TIMESTAMP", "X_Value", "time_s", "Zeit (ms)"] {
+            assert!(is_time_name(name), "{name}");
+        }
+        assert!(!is_time_name("temperature") && !is_time_name("ts2"));
+    }
+}
