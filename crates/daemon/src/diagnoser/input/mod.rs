@@ -233,7 +233,7 @@ mod tests {
         let take = |bytes: &[u8]| receiver.take(bytes, None, now);
         take(b"{");
         take(&[0xff]);
-        take(br#"{"v":1,"step":NaN}"#);
+        take(br#"{"v":1,"step":nope}"#);
         take(br#"{"v":2}"#);
         take(br#"{"step":1}"#);
         take(br#"{"v":1,"module":"module1","run":1,"step":-1}"#);

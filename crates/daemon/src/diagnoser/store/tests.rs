@@ -240,7 +240,7 @@ fn the_writer_ends_when_the_store_is_closed_and_has_written_all() {
 #[test]
 fn the_answer_of_the_disk_is_waited_for() {
     let directory = tempfile::tempdir().unwrap();
-    let (writer, store) = open(directory.path());
+    let (writer, store) = open_at(directory.path(), 100_000);
     let writes = store.clone();
     let writing = std::thread::spawn(move || writer.run(&writes));
     for sequence in 1..4 {
