@@ -140,9 +140,9 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("Enter")
     terminal.shows(f"SEND: shelve {GAGE} of tower for 2h by ada")
     terminal.keys("Enter")
-    terminal.shows(rf"‖ +{GAGE}", f"{GAGE}: shelved: now")
+    terminal.shows(rf"‖ +{GAGE}", f"{GAGE}: shelved: transition")
     terminal.keys("u", "Enter", "Enter")
-    terminal.shows(rf"△ +{GAGE}", f"{GAGE}: unshelved: now")
+    terminal.shows(rf"△ +{GAGE}", f"{GAGE}: unshelved: transition")
 
     # Its history; then the screen is frozen, with its age, and live again.
     terminal.keys("h")
