@@ -16,7 +16,7 @@ use vocabulary::{ModuleStatus, RunId};
 /// As a factor on real time.
 const TOO_FAST: &str = "100";
 /// A diagnoser's part of its processor is one in this many.
-const SHARE: u32 = 5;
+const SHARE: u32 = 4;
 /// Longer than the test.
 const STEPS: u64 = 1_000_000_000;
 /// How often the backlog is to be dropped before it is over.
@@ -53,7 +53,9 @@ async fn an_overloaded_diagnoser_logs_it_drops_its_backlog_and_recovers() {
         let (step, intake) = (status.step, status.intake);
         println!("{module}: step {step:?}, {kib} KiB, {worst:?}");
         println!("  {intake:?}\n  {:?}", status.diagnosis);
-        assert!(worst.sample_age_ms < OLDEST_MS, "{module}: {worst:?}");
+        // While the process has no processor, samples grow older: its longest silence is that long on a slow machine.
+        let oldest_ms = OLDEST_MS + 1e3 * worst.silence.as_secs_f64();
+        assert!(worst.sample_age_ms < oldest_ms, "{module}: {worst:?}");
         assert!(worst.silence < Duration::from_secs(2), "{module}: {worst:?}");
         assert!(kib < MOST_KIB, "{module}: {kib} KiB");
         assert!(process.log().contains("backlog of samples dropped"), "{}", process.log());
