@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
-use observer::{NetworkState, Scene, alarms};
+use observer::{NetworkState, Scene, alarms, all_is_well};
 use vocabulary::words::printable;
 
 use crate::access::Viewer;
@@ -90,16 +90,16 @@ impl Page<'_> {
     }
 }
 
-/// The title of a page, after the number of alarms that need attention: it shows in a tab that nobody looks at.
+/// The title of a page, preceded by the number of alarms that need attention, so that a background tab shows it.
 pub(crate) fn title(scene: &Scene, words: &str) -> Markup {
     let attention = attention(scene);
     html! { @if attention > 0 { "(" (attention) ") " } (words) " · trusswatch" }
 }
 
-/// The address of the icon, which is red while an alarm needs attention.
+/// The address of the icon: red unless all is known to be well.
 pub(crate) fn icon(scene: &Scene) -> Markup {
-    let address = if attention(scene) > 0 { assets::ALARM_ICON_PATH } else { assets::ICON_PATH };
-    html! { (address) }
+    let is_well = scene.network == NetworkState::Open && all_is_well(scene);
+    html! { (if is_well { assets::ICON_PATH } else { assets::ALARM_ICON_PATH }) }
 }
 
 fn attention(scene: &Scene) -> usize {

@@ -204,7 +204,7 @@ fn hours(text: &str) -> Option<f64> {
     right.then(|| f64::from(hour * 3600 + minute * 60) + seconds)
 }
 
-/// Days since some day; the inner `None` if day and month cannot be told apart. The outer one if it is no date.
+/// Days since a fixed day. The outer `None`: not a date; the inner `None`: day and month are ambiguous.
 fn days(text: &str) -> Option<Option<f64>> {
     let mark = text.chars().find(|c| !c.is_ascii_digit())?;
     let parts: Vec<&str> = text.split(mark).collect();

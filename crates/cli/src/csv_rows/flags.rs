@@ -9,7 +9,7 @@ pub(crate) struct TableFlags {
     /// Lines before the header [default: as recognised]
     #[arg(long, value_name = "N")]
     pub(super) skip_lines: Option<usize>,
-    /// The line after the header is no row, whatever it looks like; usual units are recognised
+    /// The line after the header holds units, not values; usual units are recognised
     #[arg(long)]
     pub(super) units_row: bool,
     /// Character between the fields of a row, `\t` for a tabulator [default: as recognised]

@@ -213,7 +213,7 @@ impl Layout {
         for field in &fields(row, self.delimiter) {
             let mut mark = None;
             is_open |= number(field, &mut mark) == Err(Wrong::Ambiguous);
-            // A comma with decimals is no other mark, whereas a point may separate thousands.
+            // A comma before decimals settles the mark; a point may be a thousands separator.
             let tells = mark == Some(DecimalMark::Comma) || found.is_none();
             found = mark.filter(|_| tells).or(found);
         }

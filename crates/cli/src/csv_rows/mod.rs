@@ -41,7 +41,7 @@ const HEADER_FIRST: &str = "put a header row with the channels' names first";
 /// How a bad number is mended.
 const RIGHT: &str = "use a finite number, or --skip-bad to take such rows as gaps";
 
-/// Numbers by which loggers say that there is no value.
+/// Numbers that loggers write for a missing value.
 const SENTINELS: [f64; 14] = [
     -999.0, -9999.0, -99_999.0, -999_999.0, -999.9, -999.99, -9999.99, -6999.0, -7999.0, -1e6,
     -1e30, 1e30, 9.9e37, 9.91e37,
@@ -52,12 +52,12 @@ const SENTINELS: [f64; 14] = [
 pub(crate) struct CsvRow<'a> {
     /// Its step, as numbered, or counted from 0; meaningless if there is a problem.
     pub(crate) step: u64,
-    /// The channels' numbers, NaN where there is none; meaningless if there is a problem.
+    /// The channels' values, NaN if missing; meaningless if there is a problem.
     pub(crate) values: &'a [f64],
     pub(crate) problem: Option<String>,
 }
 
-/// A value of a channel that may stand for none.
+/// A value of a channel that may mean "missing".
 #[derive(Debug, Clone, Copy, Default)]
 struct Suspect {
     value: f64,

@@ -109,7 +109,7 @@ struct Units {
 }
 
 impl<R: Read> Utf16<R> {
-    /// Decodes whole characters of what was read; at the end of the input, all of it.
+    /// Decodes the complete characters read so far; at the end of the input, everything.
     fn decode(&mut self, at_end: bool) {
         let unit = |pair: &[u8; 2]| match self.big_endian {
             true => u16::from_be_bytes(*pair),

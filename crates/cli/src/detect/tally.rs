@@ -79,7 +79,7 @@ impl TableTally {
         self.bad_rows += u64::from(!usable);
     }
 
-    /// Nothing judged is no success.
+    /// A run that judged nothing fails.
     ///
     /// # Errors
     /// No channel has a divergence.

@@ -156,7 +156,7 @@ fn take(fate: &mut Option<ComponentFate>, message: &FaultTransition) {
 }
 
 impl ReplayedComponent {
-    /// Of a part of what was taken, only a fault that it shows is known.
+    /// A partial recording proves the faults that it shows, and never that there was none.
     fn doubt(&mut self) {
         if self.would_be.as_ref().is_none_or(|fate| fate.state != FaultState::Latched) {
             self.would_be = Some(ComponentFate {

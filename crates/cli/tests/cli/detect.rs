@@ -285,7 +285,11 @@ fn steps_and_times_tell_what_is_missing_and_must_rise() {
             run_with(table, &[&["detect", "-", "--prior-scatter", "1"], &flags[..]].concat());
         outcome.succeeds();
         let rows = rows(&outcome);
-        assert_eq!(rows[0]["channels"].as_object().unwrap().len(), 1, "the clock is no channel");
+        assert_eq!(
+            rows[0]["channels"].as_object().unwrap().len(),
+            1,
+            "the clock column is not a channel"
+        );
         rows.iter().filter(|row| row["channels"]["x"]["divergence"].is_null()).count()
     };
     let table = |name: &str, gap: u64| -> String {

@@ -35,7 +35,7 @@ impl StateRow {
     }
 }
 
-/// A component that never had a transition has the time of the answer, which is no beginning.
+/// When the present state began; unknown before the first transition, because the message's time is that of the reply.
 fn since(state: &FaultTransition) -> Option<u64> {
     let of_state = (state.sequence > 0).then_some(state.since_unix_ns);
     let unknown = state.unknown.as_ref().filter(|_| state.state() == FaultState::Unknown);
