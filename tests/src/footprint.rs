@@ -1,8 +1,10 @@
 //! What a process takes of the machine: time of its processors, and memory.
 
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
+
+use session::{Network, loopback};
+
+use crate::in_time;
 
 /// Length of the ticks in which the kernel accounts a process's CPU time: USER_HZ is 100.
 const TICK: Duration = Duration::from_millis(10);
@@ -22,31 +24,42 @@ pub fn processor_time(pid: u32) -> Duration {
     TICK * ticks
 }
 
-/// What the least takes that a process at 1 kHz can do on this machine: share of a core \[%\] for sending itself a
-/// message of a sample's size over TCP, every millisecond for some seconds. On a virtual machine whose processors
-/// others use as well it is several times what it is on a quiet one. To be called while the process does nothing
-/// else.
+/// Share of a core \[%\] that this process takes for nothing but publishing a message of a sample's size over Zenoh,
+/// and receiving it in another session, every millisecond for some seconds. It is built as the diagnosers are, so
+/// that it measures the machine, the network's library and the profile with all their mixture of kernel and user
+/// mode, and none of what a diagnoser does with a sample. To be called while the process does nothing else.
 ///
 /// # Panics
 /// Without a network.
-#[must_use]
-pub fn bare_messages_percent() -> f64 {
+pub async fn bare_messages_percent() -> f64 {
     const MESSAGES: u32 = 3000;
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let mut sender = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-    sender.set_nodelay(true).unwrap();
-    let mut receiver = listener.accept().unwrap().0;
-    let received = std::thread::spawn(move || while receiver.read_exact(&mut [0; 512]).is_ok() {});
+    const KEY: &str = "bare/messages";
+    let [endpoint] = loopback::endpoints().unwrap();
+    let listening = Network { listen: vec![endpoint.clone()], ..Network::default() };
+    let receiver = in_time("a session", session::open(&listening)).await.unwrap();
+    let received = receiver.declare_subscriber(KEY).await.unwrap();
+    let sender = in_time("a session", session::open(&Network::peer_of(&[endpoint]))).await.unwrap();
+    let publisher = sender.declare_publisher(KEY).await.unwrap();
+    while !publisher.matching_status().await.unwrap().matching() {
+        tokio::time::sleep(Duration::from_millis(1)).await;
+    }
     let (start, before) = (Instant::now(), processor_time(std::process::id()));
+    let receiving = tokio::spawn(async move {
+        for _ in 0..MESSAGES {
+            in_time("a message", received.recv_async()).await.unwrap();
+        }
+    });
     for count in 1..=MESSAGES {
         let due = start + count * Duration::from_millis(1);
-        std::thread::sleep(due.saturating_duration_since(Instant::now()));
-        sender.write_all(&[0; 512]).unwrap();
+        tokio::time::sleep(due.saturating_duration_since(Instant::now())).await;
+        publisher.put([0; 512]).await.unwrap();
     }
+    receiving.await.unwrap();
     let spent = processor_time(std::process::id()) - before;
-    drop(sender);
-    received.join().unwrap();
-    100.0 * spent.as_secs_f64() / start.elapsed().as_secs_f64()
+    let percent = 100.0 * spent.as_secs_f64() / start.elapsed().as_secs_f64();
+    session::close(&sender).await;
+    session::close(&receiver).await;
+    percent
 }
 
 /// Resident memory of a process \[KiB\]; `None` if there is no such process, or it has ended.
