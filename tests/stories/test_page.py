@@ -36,6 +36,7 @@ class Site:
         self.address = f"http://127.0.0.1:{free_ports(1)[0]}"
         network = [f"--connect={endpoint}" for endpoint in rig.endpoints()]
         self.network = ["--structure", "tower", "--mode", "peer", *network]
+        self.entry_points = dict(zip(rig.ports, network))
         self.state = ["--state-dir", rig.folder / "web"]
         self.pictures = Path(os.environ.get("TRUSSWATCH_PICTURES", rig.folder / "pictures"))
 
@@ -115,7 +116,8 @@ def test_an_operator_handles_faults_on_the_page(site):
 
 
 def with_nothing_behind_it(site, page):
-    expect(page.locator("body")).to_contain_text("No module answers")
+    expect(page.locator("#network")).to_contain_text("none of its entry points to the network answers")
+    expect(page.locator("#live")).to_contain_text("NOT LIVE")
     for place in ("#counts", "#alarms", "#others", "#modules", "#signs"):
         expect(page.locator(place)).not_to_contain_text("normal")
     site.is_accessible(page)
@@ -257,3 +259,44 @@ def a_page_whose_server_has_ended_says_that_it_is_old(site, page):
     expect(page.locator("#live")).to_contain_text("NOT LIVE", timeout=15_000)
     site.serve()
     expect(page.locator("#live")).not_to_contain_text("NOT LIVE")
+
+
+def test_a_page_that_is_cut_off_says_so_and_blames_no_module(site):
+    for module in ("module1", "module2"):
+        site.rig.diagnoser(module, site.configs)
+    site.rig.plant(site.configs)
+    all_peers = site.network
+    site.network = ["--structure", "tower", site.entry_points["module1"]]
+    site.serve()
+    page = site.page()
+    expect(page.locator("#counts")).to_contain_text("24 of 24 components are normal")
+    # The only entry point is killed: that is not known of the others, and nothing is known of them.
+    site.rig.end("module1", signal.SIGKILL)
+    expect(page.locator("#live")).to_contain_text("NOT LIVE: cut off", timeout=3000)
+    expect(page.locator("#network")).to_contain_text("none of its entry points")
+    expect(page.locator("#counts")).to_contain_text("24 unknown")
+    for _ in range(20):
+        shown = page.locator("body").inner_text()
+        assert not re.search("NOT ANSWERING|GONE|is not heard|left the network", shown), shown
+        page.wait_for_timeout(250)
+    page.screenshot(path=site.pictures / "overview-cut-off.png")
+    site.is_accessible(page)
+    site.rig.diagnoser("module1", site.configs)
+    expect(page.locator("#live")).to_contain_text(re.compile("^live"))
+    expect(page.locator("#counts")).to_contain_text("24 of 24 components are normal")
+    # Of two entry points one is left: the page stays, and the dead one is the dead one.
+    site.rig.end("web")
+    site.network.append(site.entry_points["module2"])
+    site.serve()
+    page.reload()
+    expect(page.locator("#counts")).to_contain_text("24 of 24 components are normal")
+    site.rig.processes["module1"].send_signal(signal.SIGSTOP)
+    of_module = page.locator("#alarms li").filter(has=page.locator('a[href^="/module/module1"]'))
+    expect(of_module.first).to_contain_text("NOT ANSWERING", timeout=15_000)
+    expect(page.locator("#live")).to_contain_text(re.compile("^live"), timeout=15_000)
+    assert "module2" not in page.locator("#alarms").inner_text()
+    # A command that starts now takes the one that answers.
+    seen = trusswatch("faults", *site.network, "--json", check=False)
+    modules = {module["module"]: module for module in json.loads(seen.stdout)["modules"]}
+    assert not seen.stderr and modules["module2"]["answers"], seen
+    site.network = all_peers

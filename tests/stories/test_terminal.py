@@ -152,6 +152,13 @@ def test_an_operator_handles_a_fault_by_keys_alone(terminal, rig):
     terminal.keys("f")
     until("live again", lambda: "FROZEN" not in terminal.screen())
 
+    # Its only entry point is killed: it is cut off, and knows nothing of module 2, which still runs.
+    rig.end("module1", signal.SIGKILL)
+    screen = terminal.shows("CUT OFF: tcp/", "module2 +NOT KNOWN")
+    assert "NOT ANSWERING" not in screen and "GONE" not in screen, screen
+    rig.diagnoser("module1", configs)
+    terminal.shows("connected to tcp/", "module1 +in service", "module2 +in service", rf"△ +{GAGE} +acknowledged")
+
     # A killed diagnoser is listed as not answering among modules and alarms.
     rig.end("module2", signal.SIGKILL)
     terminal.shows(r"✖ +module2 +NOT ANSWERING +- +\d+ s ago", r"✖ +module2 +NOT ANSWERING +\d+ s ")

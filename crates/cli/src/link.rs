@@ -117,23 +117,9 @@ impl LinkTarget {
 
     /// Opens a session.
     pub(crate) async fn open(&self) -> Result<Session, Failure> {
-        if self.network.mode == Some(Mode::Client) {
-            return self.open_as_client().await;
-        }
-        session::open(&self.network).await.map_err(unusable)
-    }
-
-    /// Opens a session as a client. A client may wait for its router without limit, and this cannot be cancelled from
-    /// outside.
-    async fn open_as_client(&self) -> Result<Session, Failure> {
-        let mut settings = session::settings(&self.network).map_err(unusable)?;
-        let timeout_ms = self.timeout.as_millis().max(1).to_string();
-        settings.insert_json5("connect/timeout_ms", &timeout_ms).map_err(unusable)?;
-        // Zenoh's own message is about its source code.
-        zenoh::open(settings).await.map_err(|_| {
-            let (places, timeout) = (self.places(), self.timeout);
-            Failure::network(format!("no connection to {places} within {timeout:?}"))
-        })
+        session::open_within(&self.network, self.timeout)
+            .await
+            .map_err(|error| Failure::network(error.to_string()))
     }
 
     /// Opens a session, runs this with it, and always closes it.
@@ -190,8 +176,4 @@ fn runtime() -> Result<Runtime, Failure> {
         .enable_all()
         .build()
         .map_err(|error| Failure::runtime(format!("cannot start the runtime: {error}")))
-}
-
-fn unusable(error: impl std::fmt::Display) -> Failure {
-    Failure::network(error.to_string())
 }

@@ -20,7 +20,7 @@ pub use identity::mistake;
 pub use network::{
     DEFAULT_LEASE_MS, EndpointError, LEASES_MS, Mode, Network, NetworkFlags, endpoint,
 };
-pub use session::{NetworkError, close, open};
+pub use session::{NetworkError, close, open, open_within};
 pub use zenoh_file::{from_file, identities};
 pub use zenoh_settings::{
     ACCEPTING_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, settings, wait_before_close_us,

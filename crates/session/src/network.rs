@@ -1,5 +1,6 @@
 //! Endpoints to listen on and connect to: the table `[network]` and its flags.
 
+use std::net::{Ipv4Addr, Ipv6Addr};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -136,6 +137,16 @@ pub enum EndpointError {
         /// The text.
         text: String,
     },
+    /// An address that no process can have.
+    #[error(
+        "`{text}` is no endpoint: {problem}; write e.g. `tcp/127.0.0.1:7447` or `tcp/[::1]:7447`"
+    )]
+    Address {
+        /// The text.
+        text: String,
+        /// What is wrong with its address.
+        problem: &'static str,
+    },
     /// An unsupported protocol.
     #[error("`{text}` is an endpoint of no known protocol; use {}", PROTOCOLS.join(", "))]
     Protocol {
@@ -151,11 +162,43 @@ pub enum EndpointError {
 pub fn endpoint(text: &str) -> Result<EndPoint, EndpointError> {
     let endpoint: EndPoint =
         text.parse().map_err(|_| EndpointError::Form { text: text.to_owned() })?;
-    if PROTOCOLS.contains(&endpoint.protocol().as_str()) {
-        Ok(endpoint)
-    } else {
-        Err(EndpointError::Protocol { text: text.to_owned() })
+    let protocol = endpoint.protocol();
+    if !PROTOCOLS.contains(&protocol.as_str()) {
+        return Err(EndpointError::Protocol { text: text.to_owned() });
     }
+    let address = endpoint.address();
+    let checked = match protocol.as_str() {
+        "tcp" | "tls" => host_and_port(address.as_str()),
+        _ => Ok(()),
+    };
+    checked.map_err(|problem| EndpointError::Address { text: text.to_owned(), problem })?;
+    Ok(endpoint)
+}
+
+/// Longest name of a host (RFC 1035, section 2.3.4).
+const LONGEST_HOST: usize = 253;
+
+/// Checks an address of TCP: `HOST:PORT`, where an IPv6 address stands in brackets. Zenoh would retry forever what it
+/// cannot parse or resolve, without a word.
+fn host_and_port(address: &str) -> Result<(), &'static str> {
+    let (host, port) = address.rsplit_once(':').ok_or("it has no port")?;
+    if let Some(bracketed) = host.strip_prefix('[') {
+        let ip = bracketed.strip_suffix(']').ok_or("the bracket of its host is not closed")?;
+        ip.parse::<Ipv6Addr>().map_err(|_| "what is in brackets is no IPv6 address")?;
+    } else if host.contains(':') {
+        return Err("an IPv6 address must be in brackets");
+    } else if host.is_empty() || host.len() > LONGEST_HOST {
+        return Err("its host must have 1 to 253 characters");
+    } else if !host.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c)) {
+        return Err("its host is neither an address nor a name");
+    } else if host.chars().all(|c| c.is_ascii_digit() || c == '.')
+        && host.parse::<Ipv4Addr>().is_err()
+    {
+        return Err("its host is no IPv4 address");
+    }
+    let is_number = port.bytes().all(|byte| byte.is_ascii_digit());
+    let port = port.parse::<u16>().ok().filter(|_| is_number);
+    port.map(|_| ()).ok_or("its port must be a number from 0 to 65535")
 }
 
 #[cfg(test)]
@@ -172,6 +215,30 @@ mod tests {
         for text in ["", "nowhere", "tcp/", "/127.0.0.1:7447"] {
             let error = endpoint(text).unwrap_err().to_string();
             assert!(error.ends_with("is no endpoint; write e.g. `tcp/127.0.0.1:7447`"), "{error}");
+        }
+        for (text, problem) in [
+            ("tcp/127.0.0.1", "it has no port"),
+            ("tcp/127.0.0.1:", "its port must be a number from 0 to 65535"),
+            ("tcp/127.0.0.1:70000", "its port must be a number from 0 to 65535"),
+            ("tcp/127.0.0.1:+7447", "its port must be a number from 0 to 65535"),
+            ("tcp/127.0.0.1:7447 ", "its port must be a number from 0 to 65535"),
+            ("tcp/ 127.0.0.1:7447", "its host is neither an address nor a name"),
+            ("tcp/*:7447", "its host is neither an address nor a name"),
+            ("tcp/300.0.0.1:7447", "its host is no IPv4 address"),
+            ("tcp/127.1:7447", "its host is no IPv4 address"),
+            ("tcp/:7447", "its host must have 1 to 253 characters"),
+            ("tcp/fe80::1:7447", "an IPv6 address must be in brackets"),
+            ("tcp/[fe80::1:7447", "the bracket of its host is not closed"),
+            ("tls/[fe80::1%eth0]:7447", "what is in brackets is no IPv6 address"),
+        ] {
+            let right = "write e.g. `tcp/127.0.0.1:7447` or `tcp/[::1]:7447`";
+            let expected = format!("`{text}` is no endpoint: {problem}; {right}");
+            assert_eq!(endpoint(text).unwrap_err().to_string(), expected);
+        }
+        assert!(endpoint(&format!("tcp/{}:1", "a".repeat(254))).is_err());
+        for text in ["tcp/module-1.tower.example:7447", "tls/0.0.0.0:7447#iface=eth0", "tcp/a_b:0"]
+        {
+            assert!(endpoint(text).is_ok(), "{text}");
         }
         assert_eq!(
             endpoint("tpc/127.0.0.1:7447").unwrap_err().to_string(),

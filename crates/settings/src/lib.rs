@@ -37,6 +37,18 @@ impl SettingsFile {
         })
     }
 
+    /// Whether the file has a key at this path of tables.
+    #[must_use]
+    pub fn has(&self, path: &[&str]) -> bool {
+        let parsed = DeTable::parse(&self.text).ok();
+        let mut table = parsed.as_ref().map(|table| table.get_ref());
+        path.iter().all(|wanted| {
+            let entry = table.and_then(|table| table.get(*wanted));
+            table = entry.and_then(|value| value.get_ref().as_table());
+            entry.is_some()
+        })
+    }
+
     /// The line of the key at this path of tables, or of the nearest enclosing table.
     #[must_use]
     pub fn line(&self, path: &[&str]) -> Option<usize> {

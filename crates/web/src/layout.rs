@@ -4,7 +4,7 @@ use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
 use observer::{NetworkState, Scene, alarms, all_is_well};
-use vocabulary::words::printable;
+use vocabulary::words::{printable, utc};
 
 use crate::access::Viewer;
 use crate::{assets, look};
@@ -119,11 +119,12 @@ pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response
 }
 
 /// The time of the shown state, by the local clock. With a network it is the scene's time, so that the page visibly
-/// ages if the task that updates the scene hangs. Without a network it is the present, because "nothing is known" is
-/// true now.
+/// ages if the task that updates the scene hangs. Cut off, it is the time of the loss. Before a network is there, it is
+/// the present, because "nothing is known" is true now.
 pub(crate) fn clock(scene: &Scene) -> Markup {
     look::when(match scene.network {
         NetworkState::Open => scene.time_unix_ns,
+        NetworkState::CutOff(since) => since,
         _ => shell::clock::unix_ns(),
     })
 }
@@ -138,11 +139,19 @@ pub(crate) fn network(scene: &Scene) -> Markup {
                 "No connection to the network: {reason}. Retrying; the present state is unknown."
             )
         }
+        NetworkState::CutOff(since) => {
+            let since = utc(*since);
+            format!(
+                "This page is cut off: since {since} none of its entry points to the network answers. \
+                 The state of all modules is unknown; what is shown was the last known."
+            )
+        }
         NetworkState::Closed => {
             "The connection to the network has ended. It is tried again.".to_owned()
         }
         NetworkState::Open if scene.modules.is_empty() => "No module answers.".to_owned(),
         NetworkState::Open => return html! {},
     };
-    html! { p.banner { (look::sign("unknown")) (words) } }
+    let is_cut_off = scene.network != NetworkState::Open;
+    html! { p.banner data-cut-off[is_cut_off] { (look::sign("unknown")) (words) } }
 }

@@ -65,7 +65,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
     let operator = network.operator();
     let open = move || {
         let network = network.clone();
-        async move { session::open(&network).await }
+        async move { session::open_within(&network, timeout).await }
     };
     Arc::new(App {
         observed: Arc::new(Observed::new(Live::start(open, structure.clone(), expected), timeout)),
@@ -118,6 +118,7 @@ fn status(app: &App) -> String {
     let (modules, streams) = (scene.modules.len(), app.metrics.streams());
     match &scene.network {
         NetworkState::Open => format!("{modules} modules, {streams} open pages"),
+        NetworkState::CutOff(_) => "cut off from the network".to_owned(),
         NetworkState::Opening => "opening a session".to_owned(),
         NetworkState::Failed(reason) => format!("no network: {reason}"),
         NetworkState::Closed => "the session has ended".to_owned(),

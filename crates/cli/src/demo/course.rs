@@ -112,6 +112,7 @@ impl DemoCourse {
             | News::SeveralProcesses { .. }
             | News::Missed { .. }
             | News::Unreadable { .. }
+            | News::Connection { .. }
             | News::Lost { .. } => {
                 let EventLine { who, what, why, .. } = EventLine::of(event);
                 events.push(DemoEvent::Trouble {

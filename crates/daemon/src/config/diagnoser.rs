@@ -291,6 +291,7 @@ impl DiagnoserConfig {
 pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let mut written: DiagnoserFile = document.parse()?;
+    fit_to_step(&mut written, &document);
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
     let health = written.health.address(&document, &mut errors);
@@ -381,7 +382,8 @@ pub struct Uncalibrated {
 /// All errors found.
 pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
     let document = SettingsFile::read(file)?;
-    let written: DiagnoserFile = document.parse()?;
+    let mut written: DiagnoserFile = document.parse()?;
+    fit_to_step(&mut written, &document);
     let mut errors = ConfigErrors(Vec::new());
     check_figures(&written, &document, &mut errors);
     let structure = load_structure(&document.beside(&written.structure))?;
@@ -423,6 +425,50 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
         thresholds,
         peers: written.peers.clone(),
         reference: None,
+    }
+}
+
+/// Fits settings that the file leaves open to its sampling step. The written defaults are for 1 kHz, and remain as
+/// they are wherever they fit.
+fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
+    let step_ms = 1e3 * written.step_s;
+    if !(step_ms.is_finite() && step_ms > 0.0) {
+        return;
+    }
+    let is_open = |table: &str, key: &str| !document.has(&[table, key]);
+    let isolation = &mut written.isolation;
+    if is_open("isolation", "hold_ms") {
+        isolation.hold_ms =
+            isolation.hold_ms.max(2.0 * step_ms * (isolation.tie_ms / step_ms).ceil());
+    }
+    if is_open("isolation", "effect_ms")
+        && let Some(vectors) = written.detection.interval.vectors()
+    {
+        let interval_ms = step_ms * vectors as f64;
+        isolation.effect_ms = isolation.effect_ms.min(interval_ms).max(isolation.quiet_ms);
+    }
+    // A message as often as at 1 kHz, or each step.
+    let publish = &mut written.publish;
+    for (key, every_steps) in [
+        ("divergence_every_steps", &mut publish.divergence_every_steps),
+        ("progress_every_steps", &mut publish.progress_every_steps),
+    ] {
+        if is_open("publish", key) {
+            *every_steps = (*every_steps as f64 / step_ms).round().clamp(1.0, 10_000.0) as u64;
+        }
+    }
+    // Nothing that comes each step is late after less than some steps.
+    let (queries, input) = (&mut written.queries, &mut written.input);
+    for (table, key, ms, steps) in [
+        ("queries", "timeout_ms", &mut queries.timeout_ms, 2.0),
+        ("queries", "hold_ms", &mut queries.hold_ms, 3.0),
+        ("input", "stale_after_ms", &mut input.stale_after_ms, 5.0),
+        ("input", "resync_after_ms", &mut input.resync_after_ms, 5.0),
+        ("input", "incumbent_ms", &mut input.incumbent_ms, 3.0),
+    ] {
+        if is_open(table, key) {
+            *ms = (*ms).max((steps * step_ms).ceil() as u64);
+        }
     }
 }
 

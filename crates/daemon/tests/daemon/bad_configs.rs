@@ -268,3 +268,37 @@ fn parameters_without_a_controller_are_refused_with_a_line() {
     let error = copy.plant_errors(&PlantFlags::default());
     assert!(error.contains(&format!("plant.toml:{line}: no controller")), "{error}");
 }
+
+#[test]
+fn settings_that_are_left_open_fit_every_sampling_rate() {
+    let copy = Copy::new();
+    let file = copy.path("module1.toml");
+    let shipped = std::fs::read_to_string(&file).unwrap();
+    let at = |rate_hz: f64, more: &str| {
+        let mut tables: Vec<&str> = shipped.split("\n[").collect();
+        tables.retain(|table| {
+            !["isolation]", "publish]", "queries]", "input]"]
+                .iter()
+                .any(|name| table.starts_with(name))
+        });
+        let text = tables.join("\n[").replace("reference = ", "# ");
+        let text = text.replace("step_s = 1e-3", &format!("step_s = {}", 1.0 / rate_hz));
+        std::fs::write(&file, format!("{text}\n{more}")).unwrap();
+        load_diagnoser(&file)
+    };
+    for rate_hz in
+        [1.0, 10.0, 50.0, 100.0, 200.0, 250.0, 333.0, 500.0, 1000.0, 2000.0, 5000.0, 10_000.0]
+    {
+        let config = at(rate_hz, "").unwrap_or_else(|errors| panic!("{rate_hz} Hz: {errors}"));
+        let step_ms = 1e3 / rate_hz;
+        assert!(config.input.stale_after_ms as f64 >= 5.0 * step_ms, "{rate_hz} Hz");
+        let seconds = config.publish.progress_every_steps as f64 / rate_hz;
+        assert!(seconds <= 0.025 || config.publish.progress_every_steps == 1, "{rate_hz} Hz");
+    }
+    let fitted = at(1000.0, "").unwrap();
+    assert_eq!((fitted.input, fitted.queries, fitted.publish), Default::default());
+    // What is written counts, and what follows from it follows.
+    assert!(at(100.0, "[isolation]\ntie_ms = 30").is_ok());
+    let errors = at(100.0, "[isolation]\nhold_ms = 10").unwrap_err().to_string();
+    assert!(errors.contains("`hold_ms` is 10; use at least twice tie_ms, 20"), "{errors}");
+}

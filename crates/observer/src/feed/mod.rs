@@ -20,7 +20,7 @@ mod retries;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use vocabulary::{FaultTransition, ModuleName, StructureName};
 
@@ -31,6 +31,13 @@ pub(crate) use messages::{Incoming, message, token};
 pub(crate) use module_feed::ModuleQuery;
 pub(crate) use queries::{ModuleAnswer, ask, ask_all};
 
+/// How long the connection has to be lost before that is reported: with several entry points another one takes over.
+const LOST_AFTER: Duration = Duration::from_millis(300);
+/// How long the first connection may take before its lack is reported.
+const CONNECTED_WITHIN: Duration = Duration::from_secs(3);
+/// How long a token has to be gone, and the connection to be there, before the process is reported to have left: when
+/// the connection is lost all tokens disappear, and with a new one those of running processes appear again.
+const LEFT_AFTER: Duration = Duration::from_millis(500);
 /// Modules whose sequence numbers are tracked; messages of further modules are passed on as they arrive.
 const MODULES: usize = 1024;
 
@@ -43,6 +50,22 @@ pub(crate) struct EventFeed {
     modules: BTreeMap<ModuleKey, ModuleFeed>,
     /// The first query, for the present states of all modules, was answered.
     is_open: bool,
+    connection: Connection,
+    /// Processes whose token disappeared, and when. They left only if the connection through which the token came is
+    /// still there.
+    gone: BTreeMap<(StructureName, String), Instant>,
+}
+
+/// The observer's own connection.
+#[derive(Debug, Default)]
+struct Connection {
+    /// Since when it has been as it is; `None` before the first look.
+    since: Option<Instant>,
+    is_there: bool,
+    /// Whether its loss was reported.
+    is_lost: bool,
+    /// Whether it has been there before.
+    was_there: bool,
 }
 
 impl EventFeed {
@@ -57,7 +80,10 @@ impl EventFeed {
             Incoming::Token(key, there) => {
                 self.presence(&key, there);
                 let (structure, module) = key;
-                vec![News::Presence { structure, who: module.to_string(), there }]
+                self.token(structure, module.to_string(), there, now)
+            }
+            Incoming::Other(News::Presence { structure, who, there }) => {
+                self.token(structure, who, there, now)
             }
             other => self.other(other, false).into_iter().collect(),
         }
@@ -71,6 +97,54 @@ impl EventFeed {
                 self.module(&key).map_or_else(Vec::new, |module| module.page(since, page, now))
             }
         }
+    }
+
+    /// Takes note of whether the observer is connected to any process; to be called every tenth of a second or so.
+    /// Reports a loss, its end, and who has left.
+    pub(crate) fn connection(&mut self, is_there: bool, now: Instant) -> Vec<News> {
+        let connection = &mut self.connection;
+        if connection.since.is_none() || connection.is_there != is_there {
+            (connection.since, connection.is_there) = (Some(now), is_there);
+        }
+        let lasts = now.saturating_duration_since(connection.since.unwrap_or(now));
+        let patience = if connection.was_there { LOST_AFTER } else { CONNECTED_WITHIN };
+        connection.was_there |= is_there;
+        if !is_there {
+            let is_news = lasts >= patience && !connection.is_lost;
+            connection.is_lost |= is_news;
+            return is_news.then_some(News::Connection { connected: false }).into_iter().collect();
+        }
+        let is_back = std::mem::take(&mut connection.is_lost);
+        let mut news: Vec<_> =
+            is_back.then_some(News::Connection { connected: true }).into_iter().collect();
+        if lasts >= LEFT_AFTER {
+            let has_left = |_: &(StructureName, String), gone: &mut Instant| {
+                now.saturating_duration_since(*gone) >= LEFT_AFTER
+            };
+            let left = self.gone.extract_if(.., has_left);
+            news.extend(left.map(|((structure, who), _)| News::Presence {
+                structure,
+                who,
+                there: false,
+            }));
+        }
+        news
+    }
+
+    /// Reports a process that appeared. One that disappeared is reported when it is known that it left.
+    fn token(
+        &mut self,
+        structure: StructureName,
+        who: String,
+        there: bool,
+        now: Instant,
+    ) -> Vec<News> {
+        if !there {
+            self.gone.insert((structure, who), now);
+            return Vec::new();
+        }
+        let is_back = self.gone.remove(&(structure.clone(), who.clone())).is_some();
+        (!is_back).then_some(News::Presence { structure, who, there }).into_iter().collect()
     }
 
     fn transition(&mut self, transition: FaultTransition) -> Vec<News> {

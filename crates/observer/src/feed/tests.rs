@@ -491,3 +491,84 @@ fn an_answer_about_the_same_kind_of_the_same_fault_is_no_news() {
     assert!(!is_news(FaultKind::Bias, 15, true) && is_news(FaultKind::Bias, 25, false));
     assert!(is_news(FaultKind::Drift, 35, true));
 }
+
+/// What is said of the connection and of who is there, by what happens at which millisecond.
+struct Presences {
+    feed: EventFeed,
+    start: Instant,
+}
+
+impl Presences {
+    fn new() -> Self {
+        Self { feed: EventFeed::default(), start: Instant::now() }
+    }
+
+    fn token(&mut self, module: &str, there: bool, ms: u64) -> Vec<String> {
+        let key = (key().0, module.parse().unwrap());
+        let now = self.start + Duration::from_millis(ms);
+        in_words(self.feed.published(Incoming::Token(key, there), now))
+    }
+
+    fn connected(&mut self, is_there: bool, ms: u64) -> Vec<String> {
+        in_words(self.feed.connection(is_there, self.start + Duration::from_millis(ms)))
+    }
+}
+
+fn in_words(news: Vec<News>) -> Vec<String> {
+    let words = |news| match news {
+        News::Connection { connected } => format!("connected {connected}"),
+        News::Presence { who, there, .. } => format!("{who} {there}"),
+        other => unreachable!("{other:?}"),
+    };
+    news.into_iter().map(words).collect()
+}
+
+#[test]
+fn an_observer_that_is_cut_off_says_so_and_not_that_modules_have_left() {
+    let mut seen = Presences::new();
+    assert_eq!(seen.token("m1", true, 0), ["m1 true"]);
+    assert_eq!(seen.token("m2", true, 0), ["m2 true"]);
+    assert!(seen.connected(true, 10).is_empty());
+    // The entry point dies: every token disappears.
+    for module in ["m1", "m2"] {
+        assert!(seen.token(module, false, 1000).is_empty());
+    }
+    assert!(seen.connected(false, 1050).is_empty());
+    assert_eq!(seen.connected(false, 1400), ["connected false"]);
+    assert!(seen.connected(false, 9000).is_empty());
+    // Another one answers, over which one of them is still there.
+    assert_eq!(seen.connected(true, 9100), ["connected true"]);
+    assert!(seen.token("m2", true, 9150).is_empty());
+    assert!(seen.connected(true, 9500).is_empty());
+    assert_eq!(seen.connected(true, 9600), ["m1 false"]);
+    assert!(seen.connected(true, 20_000).is_empty());
+    assert_eq!(seen.token("m1", true, 20_000), ["m1 true"]);
+}
+
+#[test]
+fn an_entry_point_that_another_one_replaces_at_once_is_no_news_but_who_left_is() {
+    let mut seen = Presences::new();
+    assert!(seen.connected(false, 0).is_empty());
+    assert!(seen.connected(true, 2500).is_empty());
+    for module in ["m1", "m2"] {
+        seen.token(module, true, 2500);
+        seen.token(module, false, 3000);
+    }
+    assert!(seen.connected(false, 3010).is_empty());
+    assert!(seen.connected(true, 3200).is_empty());
+    seen.token("m1", true, 3250);
+    assert_eq!(seen.connected(true, 3700), ["m2 false"]);
+}
+
+#[test]
+fn a_module_that_leaves_is_reported_within_half_a_second_and_a_first_connection_has_three() {
+    let mut seen = Presences::new();
+    assert!(seen.connected(false, 0).is_empty());
+    assert!(seen.connected(false, 2900).is_empty());
+    assert_eq!(seen.connected(false, 3000), ["connected false"]);
+    assert_eq!(seen.connected(true, 4000), ["connected true"]);
+    seen.token("m1", true, 4000);
+    seen.token("m1", false, 6000);
+    assert!(seen.connected(true, 6400).is_empty());
+    assert_eq!(seen.connected(true, 6500), ["m1 false"]);
+}

@@ -98,7 +98,7 @@ impl Live {
             Ok(NetworkState::Closed) | Err(_) => {
                 Err(AttendanceError::Network("the session was closed".to_owned()))
             }
-            Ok(NetworkState::Open | NetworkState::Opening) => Ok(()),
+            Ok(NetworkState::Open | NetworkState::CutOff(_) | NetworkState::Opening) => Ok(()),
         }
     }
 

@@ -61,7 +61,7 @@ pub(super) async fn run<F, E>(
             Ok(Err(error)) => NetworkState::Failed(error.to_string()),
             Err(error) => NetworkState::Failed(error.to_string()),
         };
-        show.known.network(network);
+        show.known.network(network, unix_ns());
         show.now();
         let _ = sessions.send(None);
         if !reopens {
@@ -118,6 +118,19 @@ impl Show {
         }
     }
 
+    /// Records that the connection was lost, or is there again.
+    fn connection(&mut self, news: &News) {
+        match news {
+            News::Connection { connected: true } => {
+                self.known.network(NetworkState::Open, unix_ns());
+            }
+            News::Connection { connected: false } => {
+                self.known.network(NetworkState::CutOff(unix_ns()), unix_ns());
+            }
+            _ => {}
+        }
+    }
+
     /// Handles a reply to the query of states.
     fn reply(&mut self, reply: &Reply) {
         match (state_in(reply), reply.result()) {
@@ -150,7 +163,7 @@ async fn listen(
 ) -> Result<(), String> {
     let mut inbox = Inbox::open(session, structure).await.map_err(|error| error.to_string())?;
     let mut feed = EventFeed::default();
-    show.known.network(NetworkState::Open);
+    show.known.network(NetworkState::Open, unix_ns());
     show.now();
     let mut asked = JoinSet::new();
     asked.spawn(ask_all(session.clone(), structure.cloned()));
@@ -183,8 +196,12 @@ async fn listen(
                 continue;
             }
             _ = ticks.tick() => {
+                let news = feed.connection(is_connected(session).await, now);
+                for news in &news {
+                    show.connection(news);
+                }
                 show.if_due();
-                Vec::new()
+                news
             }
         };
         if !news.is_empty() {
@@ -206,6 +223,12 @@ async fn listen(
             }
         }
     }
+}
+
+/// Whether the session is connected to any process.
+async fn is_connected(session: &Session) -> bool {
+    let info = session.info();
+    info.peers_zid().await.next().is_some() || info.routers_zid().await.next().is_some()
 }
 
 /// Queues published messages; closed with the session.

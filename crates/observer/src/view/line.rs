@@ -67,6 +67,10 @@ impl EventLine {
             }
             News::Unreadable { key, problem } => Self::new("", "not understood", Tone::Doubt)
                 .because(printable(&format!("{key}: {problem}"))),
+            News::Connection { connected: true } => Self::new("this view", "connected", Tone::Calm)
+                .because("an entry point answers again"),
+            News::Connection { connected: false } => Self::new("this view", "CUT OFF", Tone::Alarm)
+                .because("no entry point answers: nothing is known of any module until one does"),
             News::Lost { count } => {
                 let why = format!("{count} events dropped: receive queue full");
                 Self::new("", "LOST", Tone::Alarm).because(why)

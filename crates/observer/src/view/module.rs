@@ -13,6 +13,9 @@ use super::id::ModuleId;
 use super::line::sign;
 use super::row::{DetectionFacts, StateRow, Urgency};
 
+/// Why a module cannot be heard although nothing is wrong with it.
+const CUT_OFF: &str = "this view is cut off from the network";
+
 /// What is known of a module. Anything in doubt is shown as unknown, never as normal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModuleView {
@@ -38,8 +41,13 @@ pub struct ModuleView {
     pub answering: BTreeSet<String>,
     /// When its latest message arrived, by the local clock \[ns since 1970\]; 0 without any.
     pub heard_unix_ns: u64,
-    /// Whether it has sent no message for longer than a running module ever pauses.
+    /// When its liveliness token disappeared, by the local clock \[ns since 1970\]; 0 while it exists.
+    pub left_unix_ns: u64,
+    /// Whether it is not heard: it left, has sent no message for longer than a running module ever pauses, or cannot be
+    /// heard.
     pub is_silent: bool,
+    /// Whether it cannot be heard, because the observer itself has no connection or has just got one again.
+    pub is_cut_off: bool,
 }
 
 impl ModuleView {
@@ -58,7 +66,9 @@ impl ModuleView {
             processes: BTreeSet::new(),
             answering: BTreeSet::new(),
             heard_unix_ns: 0,
+            left_unix_ns: 0,
             is_silent: false,
+            is_cut_off: false,
         }
     }
 
@@ -72,6 +82,13 @@ impl ModuleView {
     #[must_use]
     pub fn answers(&self) -> bool {
         !self.is_silent && !self.components.is_empty()
+    }
+
+    /// Why it is not heard, if so.
+    #[must_use]
+    pub fn why_unheard(&self) -> Option<&'static str> {
+        let why = if self.is_cut_off { CUT_OFF } else { "its diagnoser is not heard" };
+        self.is_silent.then_some(why)
     }
 
     /// Its phase according to its latest message.
@@ -117,6 +134,7 @@ impl ModuleView {
     #[must_use]
     pub fn condition(&self) -> &'static str {
         match self.phase() {
+            _ if self.is_cut_off => "NOT KNOWN",
             _ if !self.answers() => "NOT ANSWERING",
             Some(phase) => phase_in_words(phase),
             None => "unknown phase",
@@ -126,6 +144,9 @@ impl ModuleView {
     /// The colour of its condition.
     #[must_use]
     pub fn tone(&self) -> Tone {
+        if self.is_cut_off {
+            return Tone::Doubt;
+        }
         let is_written = self.journal().is_none_or(|journal| !journal.is_failing);
         if !self.answers() || self.has_several_processes() || !is_written {
             return Tone::Alarm;
@@ -199,7 +220,15 @@ impl ModuleView {
     /// Since when it has not answered, or why it should be running.
     fn why_missed(&self) -> Option<String> {
         let namers: Vec<&str> = self.peer_of.iter().map(ModuleName::as_str).collect();
-        if self.is_silent && self.heard_unix_ns > 0 {
+        if self.is_cut_off {
+            let heard = match self.heard_unix_ns {
+                0 => "never heard".to_owned(),
+                heard => format!("last heard {}", utc(heard)),
+            };
+            Some(format!("{CUT_OFF}; {heard}"))
+        } else if self.left_unix_ns > 0 && self.is_silent {
+            Some(format!("left the network {}", utc(self.left_unix_ns)))
+        } else if self.is_silent && self.heard_unix_ns > 0 {
             Some(format!("nothing heard since {}", utc(self.heard_unix_ns)))
         } else if self.present {
             Some("is present, but does not report its components".to_owned())
@@ -272,9 +301,8 @@ impl ModuleView {
 
     /// Marks components in doubt as unknown.
     pub(super) fn doubt(&mut self) {
-        if self.is_silent {
-            let reason = "its diagnoser is not heard".to_owned();
-            let unknown = Unknown { since_unix_ns: self.heard_unix_ns, reason };
+        if let Some(reason) = self.why_unheard() {
+            let unknown = Unknown { since_unix_ns: self.heard_unix_ns, reason: reason.to_owned() };
             self.components.iter_mut().for_each(|state| component::silence(state, &unknown));
             return;
         }

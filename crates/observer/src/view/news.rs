@@ -50,6 +50,11 @@ pub enum News {
         /// What is wrong with it.
         problem: String,
     },
+    /// The observer itself lost its connection, or has one again. Meanwhile it can say nothing of any module.
+    Connection {
+        /// Whether it is connected.
+        connected: bool,
+    },
     /// Events were lost because the queue was full.
     Lost {
         /// How many.

@@ -16,8 +16,11 @@ pub enum NetworkState {
     /// A session is being opened.
     #[default]
     Opening,
-    /// The session is open. Whether modules answer over it is up to their views.
+    /// The session is open and connected to at least one process. Whether modules answer over it is up to their views.
     Open,
+    /// The session is open, but none of its endpoints answers since then, by the local clock \[ns since 1970\]. Nothing is
+    /// known of any module; Zenoh keeps trying to connect.
+    CutOff(u64),
     /// Opening a session failed for this reason; it is retried.
     Failed(String),
     /// The session has ended.
@@ -107,14 +110,17 @@ impl Scene {
             let words = if is_open { "no module answers" } else { "no network: state unknown" };
             return words.to_owned();
         }
-        let missing = self.modules.iter().filter(|module| !module.is_in_service()).count();
+        let is_missing = |module: &&ModuleView| !module.is_in_service() && !module.is_cut_off;
+        let missing = self.modules.iter().filter(is_missing).count();
         let mut parts = Vec::new();
         if missing > 0 {
             parts.push(format!("{missing} of {} modules not in service", self.modules.len()));
         }
         parts.push(Counts::of(self.components()).words());
-        if self.network != NetworkState::Open {
-            parts.push("last known state".to_owned());
+        match self.network {
+            NetworkState::Open => {}
+            NetworkState::CutOff(_) => parts.insert(0, "cut off from the network".to_owned()),
+            _ => parts.push("last known state".to_owned()),
         }
         parts.join("; ")
     }

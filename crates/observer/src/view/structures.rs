@@ -28,6 +28,8 @@ pub struct Structures {
     problems: VecDeque<String>,
     last_event: u64,
     network: NetworkState,
+    /// Since when the network has been open \[ns since 1970\].
+    open_unix_ns: u64,
     is_asking: bool,
 }
 
@@ -45,7 +47,10 @@ impl Structures {
     }
 
     /// Records the state of the network connection.
-    pub fn network(&mut self, state: NetworkState) {
+    pub fn network(&mut self, state: NetworkState, now_unix_ns: u64) {
+        if state == NetworkState::Open && self.network != NetworkState::Open {
+            self.open_unix_ns = now_unix_ns;
+        }
         self.network = state;
     }
 
@@ -66,14 +71,19 @@ impl Structures {
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
                 {
-                    self.module(structure, &module).present = *there;
+                    let view = self.module(structure, &module);
+                    (view.present, view.left_unix_ns) =
+                        (*there, if *there { 0 } else { now_unix_ns });
                 }
             }
             News::Unreadable { key, problem } => {
                 self.problem(format!("{key}: {problem}"));
                 self.unreadable(key, problem, now_unix_ns);
             }
-            News::SeveralProcesses { .. } | News::Missed { .. } | News::Lost { .. } => {}
+            News::SeveralProcesses { .. }
+            | News::Missed { .. }
+            | News::Connection { .. }
+            | News::Lost { .. } => {}
         }
         self.last_event += 1;
         let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
@@ -156,8 +166,20 @@ impl Structures {
             self.modules.keys().filter_map(|(structure, _)| structure.as_ref()).collect();
         let view = |known: &ModuleView| {
             let mut view = known.clone();
-            let quiet_ns = u128::from(now_unix_ns.saturating_sub(view.heard_unix_ns));
-            view.is_silent = quiet_ns >= SILENT_AFTER.as_nanos();
+            let is_over = |since_unix_ns: u64| {
+                u128::from(now_unix_ns.saturating_sub(since_unix_ns)) >= SILENT_AFTER.as_nanos()
+            };
+            let heard = view.heard_unix_ns;
+            view.is_cut_off = match self.network {
+                NetworkState::CutOff(_) | NetworkState::Failed(_) | NetworkState::Closed => true,
+                NetworkState::Opening => false,
+                // Only a running module that does not answer now has not answered since the connection is back.
+                NetworkState::Open => {
+                    (1..self.open_unix_ns).contains(&heard) && !is_over(self.open_unix_ns)
+                }
+            };
+            let has_left = view.left_unix_ns > 0 && heard <= view.left_unix_ns;
+            view.is_silent = view.is_cut_off || has_left || is_over(heard);
             view.doubt();
             // A module that was not seen is assigned to the only structure.
             if view.structure.is_none() && structures.len() == 1 {
@@ -362,5 +384,52 @@ mod tests {
             structures.scene(1, SECOND).modules[0].processes.len()
         };
         assert_eq!([answered(&["a", "b"]), answered(&["a"])], [2, 1]);
+    }
+
+    #[test]
+    fn no_module_is_blamed_while_the_observer_itself_is_cut_off() {
+        let mut structures = Structures::default();
+        let seen = |structures: &Structures, at_s| {
+            let module = structures.scene(1, at_s * SECOND).modules.remove(0);
+            let words = format!("{}: {}", module.condition(), module.remarks());
+            (words, module.components[0].state())
+        };
+        structures.network(NetworkState::Open, SECOND);
+        structures.news(token("m1", true), SECOND);
+        structures.status(testing::status("m1", &[]), 7 * SECOND);
+        structures.state(transition(7, 1, FaultState::Normal), None, 7 * SECOND);
+        assert_eq!(seen(&structures, 8), ("in service: ".to_owned(), FaultState::Normal));
+        structures.network(NetworkState::CutOff(8 * SECOND), 8 * SECOND);
+        for at_s in [9, 99] {
+            let (words, state) = seen(&structures, at_s);
+            let expected = "NOT KNOWN: this view is cut off from the network; last heard ";
+            assert!(words.starts_with(expected), "{words}");
+            assert_eq!(state, FaultState::Unknown);
+        }
+        // Back, a module has as long to be heard as it always has.
+        structures.network(NetworkState::Open, 100 * SECOND);
+        assert!(seen(&structures, 102).0.starts_with("NOT KNOWN"));
+        assert!(seen(&structures, 103).0.starts_with("NOT ANSWERING: nothing heard since "));
+        structures.status(testing::status("m1", &[]), 104 * SECOND);
+        assert_eq!(seen(&structures, 104), ("in service: ".to_owned(), FaultState::Normal));
+    }
+
+    #[test]
+    fn a_module_that_left_is_not_in_service_from_then_on() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        structures.news(token("m1", true), SECOND);
+        structures.status(testing::status("m1", &[]), 7 * SECOND);
+        structures.state(transition(7, 1, FaultState::Normal), None, 7 * SECOND);
+        structures.news(token("m1", false), 8 * SECOND);
+        let scene = structures.scene(1, 8 * SECOND);
+        let module = &scene.modules[0];
+        assert_eq!((module.is_in_service(), state(&scene)), (false, FaultState::Unknown));
+        assert!(module.remarks().starts_with("left the network "), "{}", module.remarks());
+        structures.status(testing::status("m1", &[]), 8 * SECOND + 1);
+        assert!(
+            structures.scene(2, 9 * SECOND).modules[0].is_in_service(),
+            "it is heard after all"
+        );
     }
 }

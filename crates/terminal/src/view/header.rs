@@ -47,6 +47,7 @@ fn network(model: &Model) -> (Tone, String) {
     match &model.shown().network {
         NetworkState::Opening => (Tone::Doubt, format!("connecting to {places}")),
         NetworkState::Open => (Tone::Calm, format!("connected to {places}")),
+        NetworkState::CutOff(_) => (Tone::Alarm, format!("CUT OFF: {places} does not answer")),
         NetworkState::Failed(reason) => (Tone::Alarm, format!("NO NETWORK: {}", printable(reason))),
         NetworkState::Closed => (Tone::Alarm, "NETWORK LOST, reconnecting".to_owned()),
     }

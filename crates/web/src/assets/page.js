@@ -55,10 +55,13 @@
   const words = document.createElement("span"), clock = document.getElementById("clock");
   live.replaceChildren(words, clock);
   const show = () => {
-    const now = performance.now(), age = now - last, lost = age > SILENT_MS;
+    const now = performance.now(), age = now - last, silent = age > SILENT_MS;
+    // The page's own server may be without a network, and say so at once.
+    const lost = silent || document.querySelector("#network [data-cut-off]") !== null;
     document.body.classList.toggle("lost", lost);
     live.dataset.age = Math.round(age / 1000);
-    words.textContent = lost ? `NOT LIVE: nothing new for ${Math.round(age / 1000)} s, as of ` : "live ";
+    const old = silent ? `nothing new for ${Math.round(age / 1000)} s` : "cut off from the network";
+    words.textContent = lost ? `NOT LIVE: ${old}, as of ` : "live ";
     // A connection that is open and carries nothing.
     if (stream && age > RENEW_MS && now - opened > RENEW_MS) open();
   };

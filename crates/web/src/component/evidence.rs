@@ -50,9 +50,11 @@ impl ModuleAnswers {
 
 async fn frame(observed: &Observed, scene: &Scene, transition: &FaultTransition) -> Option<Frame> {
     let module = scene.module(Some(&transition.structure), &transition.module);
-    match (transition.state().is_fault(), module.is_some_and(|m| !m.is_silent)) {
-        (false, _) => None,
-        (true, false) => Some(Err("its module is not heard".into())),
-        (true, true) => Some(observed.frame(transition).await),
+    if !transition.state().is_fault() {
+        return None;
+    }
+    match module.map_or(Some("its diagnoser is not known"), ModuleView::why_unheard) {
+        Some(why) => Some(Err(why.into())),
+        None => Some(observed.frame(transition).await),
     }
 }

@@ -21,8 +21,8 @@ impl Observed {
             let none = ModuleHistory::new(structure, &module.module, since);
             Some(Arc::new(ModuleHistory { broken_off, ..none }))
         };
-        if module.is_silent {
-            return none("it is not heard");
+        if let Some(why) = module.why_unheard() {
+            return none(why);
         }
         let Some(session) = self.session() else { return none("there is no network") };
         let history =
