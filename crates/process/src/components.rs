@@ -43,8 +43,10 @@ pub struct ComponentStore {
     /// 1970\].
     sequence: u64,
     incarnation: u64,
-    /// The latest change of phase; `None` before the first.
+    /// The latest change of phase of this process; `None` before the first.
     phase: Option<PhaseChange>,
+    /// The latest one in the journal.
+    journalled_phase: Option<PhaseChange>,
     /// Since when and why components are not monitored, if so.
     unmonitored: Option<Unknown>,
 }
@@ -105,6 +107,9 @@ impl ComponentStore {
                 }
                 JournalRecord::Identification(found) => {
                     store.entry(&found.component).fault.recall(*found);
+                }
+                JournalRecord::Phase(change) if change.module == *module => {
+                    store.journalled_phase = Some(*change);
                 }
                 other => {
                     if let JournalRecord::Start { incarnation, .. } = other {
@@ -193,7 +198,9 @@ impl ComponentStore {
             }
             JournalRecord::Start { .. } => self.start = Some(record),
             JournalRecord::Input(input) => push_within(&mut self.inputs, *input, INPUTS),
-            JournalRecord::Transition(_) | JournalRecord::Identification(_) => {}
+            JournalRecord::Transition(_)
+            | JournalRecord::Identification(_)
+            | JournalRecord::Phase(_) => {}
         }
     }
 
@@ -208,9 +215,26 @@ impl ComponentStore {
         }
     }
 
-    /// Records a change of phase.
-    pub fn phase_changed(&mut self, change: PhaseChange) {
-        self.phase = Some(change);
+    /// Records a change of phase. Returns it with its number.
+    pub fn phase_changed(&mut self, mut change: PhaseChange) -> PhaseChange {
+        change.number = self.journalled_phase.as_ref().map_or(1, |latest| latest.number + 1);
+        self.journalled_phase = Some(change.clone());
+        self.phase = Some(change.clone());
+        change
+    }
+
+    /// The components without a fault that cannot be compared with their references, and why. Those that have not been
+    /// compared yet, or depart from their references, are monitored.
+    #[must_use]
+    pub fn not_monitored(&self) -> BTreeMap<ComponentPath, String> {
+        let lost = |entry: &StoredComponent| {
+            let condition = entry.condition.as_ref()?;
+            let is_lost = matches!(condition, Condition::CannotTell { .. })
+                && entry.latest.as_ref().is_none_or(|known| known.state() == FaultState::Normal);
+            let reason = condition.reason().filter(|_| is_lost)?;
+            Some((entry.path.clone(), reason))
+        };
+        self.own().filter_map(lost).collect()
     }
 
     /// Records the present phase and its reason. A phase that persists keeps the time at which it was entered.
@@ -322,7 +346,10 @@ impl ComponentStore {
         let latest = latest.map(|latest| JournalRecord::Transition(Box::new(latest)));
         let found = self.entries.iter().filter_map(|entry| entry.fault.published().cloned());
         let found = found.map(|found| JournalRecord::Identification(Box::new(found)));
-        start.chain(ended).chain(changes).chain(inputs).chain(latest).chain(found).collect()
+        let phase = self.journalled_phase.iter().cloned();
+        let phase = phase.map(|change| JournalRecord::Phase(Box::new(change)));
+        let transitions = latest.chain(found);
+        start.chain(ended).chain(changes).chain(inputs).chain(phase).chain(transitions).collect()
     }
 
     fn own(&self) -> impl Iterator<Item = &StoredComponent> {

@@ -1,7 +1,7 @@
 //! Journal records as text: JSON objects whose field `record` names the kind.
 
 use serde::{Deserialize, Serialize};
-use vocabulary::{Change, FaultTransition, Identification, Input, RunId, Step};
+use vocabulary::{Change, FaultTransition, Identification, Input, PhaseChange, RunId, Step};
 
 /// Version of the records.
 pub const JOURNAL_VERSION: u64 = 1;
@@ -14,6 +14,8 @@ pub enum JournalRecord {
     Transition(Box<FaultTransition>),
     /// A published identification of a fault.
     Identification(Box<Identification>),
+    /// A change of phase, or of what the module monitors.
+    Phase(Box<PhaseChange>),
     /// An input taken before the following transition: a killed process may not have published it, and without it the
     /// transition cannot be replayed.
     Input(Box<Input>),
@@ -56,6 +58,11 @@ impl JournalRecord {
         match &record {
             Self::Transition(read) if read.component.module != read.module => None,
             Self::Identification(read) if read.component.module != read.module => None,
+            Self::Phase(read)
+                if read.not_monitored.keys().any(|component| component.module != read.module) =>
+            {
+                None
+            }
             _ => Some(record),
         }
     }

@@ -1,8 +1,9 @@
 //! Detects whether samples arrive: without samples, health is unknown.
 
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use vocabulary::ModulePhase;
+use vocabulary::{ComponentPath, ModulePhase};
 
 /// The reason for the unknown state right after the start.
 pub const NO_SAMPLE_YET: &str = "no sample received yet";
@@ -14,13 +15,27 @@ pub struct Staleness {
     latest: Option<Instant>,
     stale: bool,
     published: Option<ModulePhase>,
+    /// The components that are not monitored, as published, and when that last changed.
+    not_monitored: BTreeMap<ComponentPath, String>,
+    changed: Option<Instant>,
 }
+
+/// Components that are monitored now and then are reported no more often than this, so that they do not fill the
+/// journal.
+const REPORT_EVERY: Duration = Duration::from_secs(10);
 
 impl Staleness {
     /// Samples count as missing after this time without one.
     #[must_use]
     pub fn new(stale_after: Duration) -> Self {
-        Self { stale_after, latest: None, stale: false, published: None }
+        Self {
+            stale_after,
+            latest: None,
+            stale: false,
+            published: None,
+            not_monitored: BTreeMap::new(),
+            changed: None,
+        }
     }
 
     /// Records that a sample was diagnosed.
@@ -56,6 +71,23 @@ impl Staleness {
             return None;
         }
         Some(self.published.replace(phase))
+    }
+
+    /// If other components are not monitored than published before, records them as published and returns true. Only a
+    /// module in service has such components.
+    pub fn change_of_monitored(
+        &mut self,
+        not_monitored: &BTreeMap<ComponentPath, String>,
+        now: Instant,
+    ) -> bool {
+        let is_early =
+            self.changed.is_some_and(|changed| now.duration_since(changed) < REPORT_EVERY);
+        // The reasons alone may change from one window to the next.
+        if is_early || self.not_monitored.keys().eq(not_monitored.keys()) {
+            return false;
+        }
+        (self.not_monitored, self.changed) = (not_monitored.clone(), Some(now));
+        true
     }
 
     /// The reason for this phase.
@@ -158,6 +190,25 @@ mod tests {
         assert_eq!(staleness.change_to(ModulePhase::Waiting), Some(None));
         assert_eq!(staleness.change_to(ModulePhase::Waiting), None);
         assert_eq!(staleness.change_to(ModulePhase::Stale), Some(Some(ModulePhase::Waiting)));
+    }
+
+    #[test]
+    fn other_components_that_are_not_monitored_are_reported_at_most_every_ten_seconds() {
+        let mut staleness = Staleness::new(Duration::from_millis(500));
+        let start = Instant::now();
+        let lost = |names: &[&str]| -> BTreeMap<ComponentPath, String> {
+            let why = "it cannot be compared".to_owned();
+            names.iter().map(|name| (name.parse().unwrap(), why.clone())).collect()
+        };
+        let mut is_reported = |names: &[&str], seconds| {
+            staleness.change_of_monitored(&lost(names), start + Duration::from_secs(seconds))
+        };
+        assert!(!is_reported(&[], 0));
+        assert!(is_reported(&["m1/sensor/g1"], 1));
+        assert!(!is_reported(&["m1/sensor/g1"], 30));
+        assert!(is_reported(&["m1/sensor/g1", "m1/sensor/g2"], 30));
+        assert!(!is_reported(&[], 31) && !is_reported(&[], 39));
+        assert!(is_reported(&[], 40), "its end is reported, too");
     }
 
     const MS: Duration = Duration::from_millis(1);

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::encoding::Message;
 use crate::identification::Identification;
+use crate::phase::PhaseChange;
 use crate::question::{QuestionError, number};
 use crate::transition::FaultTransition;
 
@@ -50,6 +51,9 @@ impl HistoryQuestion {
 /// Most identifications of one fault on a page: the latest.
 pub const MAX_IDENTIFICATIONS_OF_FAULT: usize = 32;
 
+/// Most changes of phase on a page.
+pub const MAX_PHASE_CHANGES_ON_PAGE: usize = 64;
+
 /// A page of a module's history.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct HistoryPage {
@@ -62,6 +66,10 @@ pub struct HistoryPage {
     /// The latest identifications of each fault that was declared by a transition on this page, or by one after the page
     /// before that the journal no longer holds, without signatures.
     pub identifications: Vec<Identification>,
+    /// The changes of phase and of what is monitored, in their order: those in the journal after the transition before
+    /// this page and before its last, or up to now if no page follows. At most the latest
+    /// [`MAX_PHASE_CHANGES_ON_PAGE`].
+    pub phases: Vec<PhaseChange>,
     /// The lowest sequence number that the journal still holds; `null` if it holds none.
     pub first_sequence: Option<u64>,
     /// The sequence number that the module's next transition will have.

@@ -84,7 +84,10 @@ pub use evidence::Evidence;
 pub use fault_state::FaultState;
 pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, FrozenSignals, Trace};
 pub use given_order::{GivenOrder, GivenOrderKind};
-pub use history::{HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT};
+pub use history::{
+    HistoryPage, HistoryQuestion, MAX_HISTORY_PAGE, MAX_IDENTIFICATIONS_OF_FAULT,
+    MAX_PHASE_CHANGES_ON_PAGE,
+};
 pub use identification::{
     Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
 };

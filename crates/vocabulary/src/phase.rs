@@ -1,6 +1,8 @@
 //! Whether a module's verdicts can be relied on.
 
-use crate::{ModuleName, RunId, Step, StructureName};
+use std::collections::BTreeMap;
+
+use crate::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -33,18 +35,23 @@ impl ModulePhase {
     }
 }
 
-/// A module entered another phase; published when it happens, and given to whoever asks for the
-/// present one.
+/// A module entered another phase, or what it monitors changed: published when it happens, written to the journal, and
+/// sent to clients that query the present one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PhaseChange {
     /// The structure.
     pub structure: StructureName,
     /// The module.
     pub module: ModuleName,
+    /// Counts these messages of the module from 1, as long as its journal lasts.
+    pub number: u64,
     /// The phase it is in now.
     pub phase: ModulePhase,
     /// The phase it was in before; `null` at the start of the process.
     pub before: Option<ModulePhase>,
+    /// The components that it cannot monitor although it is in service, with the reason. Without a fault they are
+    /// unknown. Out of service it monitors none.
+    pub not_monitored: BTreeMap<ComponentPath, String>,
     /// The run that the step is counted in.
     pub run: Option<RunId>,
     /// The latest step processed.

@@ -310,6 +310,8 @@ mod tests {
             structure: "t".parse().unwrap(),
             module: module.parse().unwrap(),
             phase: ModulePhase::InService,
+            number: 1,
+            not_monitored: std::collections::BTreeMap::new(),
             before: None,
             run: None,
             step: Some(Step(50)),

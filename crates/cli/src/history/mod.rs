@@ -54,13 +54,15 @@ impl Arguments {
         named
     }
 
-    /// Whether the arguments select a component: by name, by its module without components, or because there are none.
-    fn wants(&self, component: &ComponentPath) -> bool {
-        let names_others = self.components.iter().any(|c| c.module == component.module);
+    /// Whether the arguments select an entry: by its component, by its module without components, or because there are
+    /// none.
+    fn wants(&self, entry: &JournalEntry<'_>) -> bool {
+        let module = entry.module();
+        let names_others = self.components.iter().any(|c| c.module == *module);
         let nothing_is_named = self.modules.is_empty() && self.components.is_empty();
         nothing_is_named
-            || self.components.contains(component)
-            || (self.modules.contains(&component.module) && !names_others)
+            || self.components.iter().any(|component| entry.concerns(component))
+            || (self.modules.contains(module) && !names_others)
     }
 }
 
@@ -78,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn print(arguments: &Arguments, reading: &JournalReading) -> Result<(), Failure> {
     let mut journals = Journals::merge(&reading.histories);
-    journals.entries.retain(|entry| arguments.wants(entry.component()));
+    journals.entries.retain(|entry| arguments.wants(entry));
     let skipped = arguments.limit.map_or(0, |most| journals.entries.len().saturating_sub(most));
     journals.entries.drain(..skipped);
     output::print(&if arguments.json {
@@ -90,7 +92,7 @@ fn print(arguments: &Arguments, reading: &JournalReading) -> Result<(), Failure>
 
 /// The JSON document: the journals, their entries and their gaps.
 fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
-    let (mut transitions, mut identifications) = (Vec::new(), Vec::new());
+    let (mut transitions, mut identifications, mut phases) = (Vec::new(), Vec::new(), Vec::new());
     for entry in &journals.entries {
         let time = json!({ "time": utc(entry.time_unix_ns()) });
         match *entry {
@@ -98,6 +100,7 @@ fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
                 transitions.push(output::with(transition, time))
             }
             JournalEntry::Identification(found) => identifications.push(output::with(found, time)),
+            JournalEntry::Phase(change) => phases.push(output::with(change, time)),
         }
     }
     let module = |history: &ModuleHistory| {
@@ -135,6 +138,7 @@ fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
         "modules": reading.histories.iter().map(module).collect::<Vec<_>>(),
         "transitions": transitions,
         "identifications": identifications,
+        "phases": phases,
         "silent": reading.silent,
         "gaps": gaps.collect::<Vec<_>>(),
         // Modules whose times contradict the order of their steps.

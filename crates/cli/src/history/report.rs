@@ -26,8 +26,8 @@ pub(super) fn report(
         table.add_row([
             utc(line.time_unix_ns),
             or_nothing(line.module),
-            entry.sequence().to_string(),
-            entry.component().component.to_string(),
+            or_nothing(entry.sequence()),
+            or_nothing(entry.component().map(|path| &path.component)),
             line.what,
             or_nothing(line.step),
             if line.why.is_empty() { NOTHING.to_owned() } else { line.why },

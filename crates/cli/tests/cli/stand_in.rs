@@ -159,6 +159,7 @@ impl StandIn {
                 structure: structure.clone(),
                 module: module.clone(),
                 identifications: identifications.iter().filter(on_page).cloned().collect(),
+                phases: Vec::new(),
                 transitions: shown.clone(),
                 first_sequence: transitions.first().map(|transition| transition.sequence),
                 next_sequence: next,

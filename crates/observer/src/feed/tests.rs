@@ -37,6 +37,7 @@ fn page(transitions: Vec<FaultTransition>, next_sequence: u64, more: bool) -> Hi
         first_sequence: transitions.first().map(|t| t.sequence),
         transitions,
         identifications: Vec::new(),
+        phases: Vec::new(),
         next_sequence,
         more,
     }
@@ -447,6 +448,8 @@ fn phase(time_unix_ns: u64) -> PhaseChange {
         structure,
         module,
         phase: ModulePhase::InService,
+        number: 1,
+        not_monitored: std::collections::BTreeMap::new(),
         before: None,
         run: None,
         step: None,

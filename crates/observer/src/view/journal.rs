@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use vocabulary::words::printable;
 use vocabulary::{
-    ComponentPath, FaultState, FaultTransition, HistoryPage, Identification, ModuleName, RunId,
-    Step, StructureName,
+    ComponentPath, FaultState, FaultTransition, HistoryPage, Identification, ModuleName,
+    PhaseChange, RunId, Step, StructureName,
 };
 
 use super::component::found_at;
@@ -27,6 +27,8 @@ pub struct ModuleHistory {
     pub transitions: Vec<FaultTransition>,
     /// Published identifications, those of each fault in order.
     pub identifications: Vec<Identification>,
+    /// Changes of phase and of what the module monitors, in order.
+    pub phases: Vec<PhaseChange>,
     /// The lowest sequence number that the journal still held; `None` if it held none.
     pub first_sequence: Option<u64>,
     /// The sequence number of the module's next transition; `None` if no page was received.
@@ -54,6 +56,7 @@ impl ModuleHistory {
             since,
             transitions: Vec::new(),
             identifications: Vec::new(),
+            phases: Vec::new(),
             first_sequence: None,
             next_sequence: None,
             broken_off: None,
@@ -108,6 +111,7 @@ impl ModuleHistory {
         self.next_sequence = Some(page.next_sequence);
         self.transitions.extend(page.transitions);
         self.identifications.extend(page.identifications);
+        self.phases.extend(page.phases);
         Ok(page.more.then_some(next))
     }
 
@@ -154,24 +158,48 @@ pub enum JournalEntry<'a> {
     Transition(&'a FaultTransition),
     /// The kind of a fault became known.
     Identification(&'a Identification),
+    /// The module entered another phase, or what it monitors changed.
+    Phase(&'a PhaseChange),
 }
 
 impl<'a> JournalEntry<'a> {
-    /// The component of the entry.
+    /// The component of the entry; `None` if it is about the module.
     #[must_use]
-    pub fn component(&self) -> &'a ComponentPath {
+    pub fn component(&self) -> Option<&'a ComponentPath> {
         match self {
-            JournalEntry::Transition(transition) => &transition.component,
-            JournalEntry::Identification(found) => &found.component,
+            JournalEntry::Transition(transition) => Some(&transition.component),
+            JournalEntry::Identification(found) => Some(&found.component),
+            JournalEntry::Phase(_) => None,
         }
     }
 
-    /// Its sequence number, or that of the transition that it belongs to.
+    /// Whether it says something of this component: its own entries, and those of its module.
     #[must_use]
-    pub fn sequence(&self) -> u64 {
+    pub fn concerns(&self, component: &ComponentPath) -> bool {
         match self {
-            JournalEntry::Transition(transition) => transition.sequence,
-            JournalEntry::Identification(found) => found.sequence,
+            JournalEntry::Phase(change) => change.module == component.module,
+            _ => self.component() == Some(component),
+        }
+    }
+
+    /// The module of the entry.
+    #[must_use]
+    pub fn module(&self) -> &'a ModuleName {
+        match self {
+            JournalEntry::Transition(transition) => &transition.module,
+            JournalEntry::Identification(found) => &found.module,
+            JournalEntry::Phase(change) => &change.module,
+        }
+    }
+
+    /// Its sequence number, or that of the transition that it belongs to; `None` of a phase, which has a number of its
+    /// own.
+    #[must_use]
+    pub fn sequence(&self) -> Option<u64> {
+        match self {
+            JournalEntry::Transition(transition) => Some(transition.sequence),
+            JournalEntry::Identification(found) => Some(found.sequence),
+            JournalEntry::Phase(_) => None,
         }
     }
 
@@ -181,6 +209,7 @@ impl<'a> JournalEntry<'a> {
         match self {
             JournalEntry::Transition(transition) => transition.time_unix_ns,
             JournalEntry::Identification(found) => found.time_unix_ns,
+            JournalEntry::Phase(change) => change.time_unix_ns,
         }
     }
 
@@ -189,7 +218,7 @@ impl<'a> JournalEntry<'a> {
     pub fn state(&self) -> Option<FaultState> {
         match self {
             JournalEntry::Transition(transition) => Some(transition.state()),
-            JournalEntry::Identification(_) => None,
+            JournalEntry::Identification(_) | JournalEntry::Phase(_) => None,
         }
     }
 
@@ -199,6 +228,7 @@ impl<'a> JournalEntry<'a> {
         match self {
             JournalEntry::Transition(transition) => EventLine::of_transition(transition),
             JournalEntry::Identification(found) => EventLine::of_identification(found),
+            JournalEntry::Phase(change) => EventLine::of_phase(change),
         }
     }
 
@@ -206,6 +236,8 @@ impl<'a> JournalEntry<'a> {
         match self {
             JournalEntry::Transition(transition) => found_at(transition),
             JournalEntry::Identification(found) => Some((found.run, found.as_of_step)),
+            // It has only a time: nothing is found at its step.
+            JournalEntry::Phase(_) => None,
         }
     }
 }
@@ -252,6 +284,8 @@ fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
         let declared = declared.get(&found.sequence).copied().unwrap_or_default();
         dated.push((found.time_unix_ns.max(declared), JournalEntry::Identification(found)));
     }
+    let phases = history.phases.iter();
+    dated.extend(phases.map(|change| (change.time_unix_ns, JournalEntry::Phase(change))));
     // A stable sort keeps the order of entries with the same time.
     dated.sort_by_key(|(time, _)| *time);
     dated.into()
@@ -363,6 +397,7 @@ mod tests {
             module: "m".parse().unwrap(),
             transitions: sequences.iter().map(|sequence| journaled("m", *sequence, 0)).collect(),
             identifications: Vec::new(),
+            phases: Vec::new(),
             first_sequence: Some(3),
             next_sequence: 12,
             more,
@@ -379,6 +414,7 @@ mod tests {
             JournalEntry::Identification(found) => {
                 format!("{}.{} is known", found.module, found.sequence)
             }
+            JournalEntry::Phase(change) => format!("phase {}", change.number),
         };
         journals.entries.iter().map(name).collect()
     }

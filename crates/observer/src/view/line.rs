@@ -1,7 +1,7 @@
 //! An event on one line: time, place, event, reason.
 
 use vocabulary::words::{Tone, identified, phase_in_words, phase_tone, printable};
-use vocabulary::{ComponentPath, Identification, ModuleName, Step, StructureName};
+use vocabulary::{ComponentPath, Identification, ModuleName, PhaseChange, Step, StructureName};
 
 use super::news::{News, ObservedEvent};
 
@@ -37,12 +37,7 @@ impl EventLine {
         let line = match &event.news {
             News::Fault(transition) => return Self::of_transition(transition),
             News::Identification(found) => return Self::of_identification(found),
-            News::Phase(change) => Self {
-                time_unix_ns: change.time_unix_ns,
-                ..Self::new(&change.module, phase_in_words(change.phase), phase_tone(change.phase))
-                    .because(printable(&change.reason))
-                    .of_module(&change.structure, &change.module)
-            },
+            News::Phase(change) => return Self::of_phase(change),
             News::Presence { structure, who, there } => {
                 let (what, tone) =
                     if *there { ("there", Tone::Calm) } else { ("GONE", Tone::Alarm) };
@@ -79,6 +74,23 @@ impl EventLine {
         let time_unix_ns =
             if line.time_unix_ns == 0 { event.time_unix_ns } else { line.time_unix_ns };
         Self { time_unix_ns, ..line }
+    }
+
+    /// The line of a change of phase, or of what a module monitors.
+    #[must_use]
+    pub fn of_phase(change: &PhaseChange) -> Self {
+        let (what, tone) = if change.not_monitored.is_empty() {
+            (phase_in_words(change.phase), phase_tone(change.phase))
+        } else {
+            ("not monitored", Tone::Doubt)
+        };
+        Self {
+            time_unix_ns: change.time_unix_ns,
+            step: change.step,
+            ..Self::new(&change.module, what, tone)
+                .because(printable(&change.reason))
+                .of_module(&change.structure, &change.module)
+        }
     }
 
     /// The line of an identification.

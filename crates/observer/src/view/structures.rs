@@ -233,6 +233,8 @@ mod tests {
             structure: "tower".parse().unwrap(),
             module: "m1".parse().unwrap(),
             phase,
+            number: 1,
+            not_monitored: std::collections::BTreeMap::new(),
             before: None,
             run: None,
             step: None,

@@ -92,6 +92,8 @@ fn without_a_status_only_a_structure_whose_modules_are_expected_is_well() {
             structure: status.structure,
             module: status.module,
             phase: ModulePhase::InService,
+            number: 1,
+            not_monitored: std::collections::BTreeMap::new(),
             before: None,
             run: None,
             step: None,

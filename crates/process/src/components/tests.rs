@@ -290,3 +290,45 @@ fn orders_do_not_change_since_when_a_component_is_in_its_state() {
     assert_eq!(take(9, FaultState::Latched, 12, 600), 600);
     assert_eq!(take(10, FaultState::Latched, 14, 700), 700, "another change");
 }
+
+#[test]
+fn changes_of_phase_are_numbered_across_restarts_and_survive_a_new_file() {
+    let change = || {
+        let json = serde_json::json!({
+            "structure": "t", "module": "m1", "number": 0, "phase": "in_service", "before": null,
+            "not_monitored": { "m1/sensor/g1": "it cannot be compared" }, "run": null,
+            "step": null, "reason": "", "time_unix_ns": 5,
+        });
+        serde_json::from_value::<PhaseChange>(json).unwrap()
+    };
+    let mut store = store();
+    let numbers = [(); 2].map(|()| store.phase_changed(change()).number);
+    assert_eq!(numbers, [1, 2]);
+    let snapshot = store.snapshot();
+    let latest = JournalRecord::Phase(Box::new(PhaseChange { number: 2, ..change() }));
+    assert!(snapshot.contains(&latest));
+    let mut restarted = restored(&snapshot);
+    assert!(restarted.phase().is_none(), "it is the former process's");
+    assert_eq!(restarted.phase_changed(change()).number, 3);
+}
+
+#[test]
+fn a_component_without_a_fault_that_cannot_be_compared_is_not_monitored() {
+    let mut store = store();
+    let conditions = |condition: Condition| std::iter::repeat_n(condition, 3);
+    let lost = |store: &ComponentStore| store.not_monitored().len();
+    for condition in [
+        Condition::NotVerified,
+        Condition::NotCompared,
+        Condition::Departed { as_of: Step(9) },
+        Condition::Doubtful { as_of: Step(9) },
+    ] {
+        store.conditions(conditions(condition), NOW);
+        assert_eq!(lost(&store), 0);
+    }
+    let obstacle = vocabulary::Obstacle::Swinging;
+    store.conditions(conditions(Condition::CannotTell { obstacle }), NOW);
+    assert_eq!(lost(&store), 2);
+    let _ = store.transition(transition("sensor/a1", 4, FaultState::Latched), 1);
+    assert_eq!(lost(&store), 1, "a fault stays one");
+}

@@ -9,7 +9,7 @@ use super::close_up::Fetched;
 pub(crate) struct ComponentHistory {
     pub(crate) subject: ComponentId,
     /// Each entry with its sequence number.
-    pub(crate) entries: Fetched<Vec<(u64, EventLine)>>,
+    pub(crate) entries: Fetched<Vec<(Option<u64>, EventLine)>>,
     /// Gaps in the journal, if any.
     pub(crate) lacks: Option<String>,
     /// Number of rows scrolled past.
@@ -29,7 +29,7 @@ impl ComponentHistory {
             return;
         }
         let entries = Journals::merge([history]).entries;
-        let own = entries.iter().filter(|entry| *entry.component() == self.subject.component);
+        let own = entries.iter().filter(|entry| entry.concerns(&self.subject.component));
         self.entries =
             Fetched::Here(own.rev().map(|entry| (entry.sequence(), entry.line())).collect());
     }

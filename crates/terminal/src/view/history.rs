@@ -1,7 +1,7 @@
 //! A component's history, latest first.
 
 use ratatui::layout::Rect;
-use vocabulary::words::{Tone, utc};
+use vocabulary::words::{Tone, or_nothing, utc};
 
 use super::cells::{Cells, part};
 use crate::model::close_up::Fetched;
@@ -33,7 +33,7 @@ pub(super) fn draw(journal: &ComponentHistory, area: Rect, cells: &mut Cells) {
     }
     let shown = entries.iter().skip(journal.place).take(usize::from(body.height));
     for (line, (number, entry)) in (0..).zip(shown) {
-        let (number, time) = (format!("{number:>5}"), utc(entry.time_unix_ns));
+        let (number, time) = (format!("{:>5}", or_nothing(*number)), utc(entry.time_unix_ns));
         let columns = [(number.as_str(), 5), (&time, 24), (&entry.what, 14), (&entry.why, 0)];
         cells.row(body, line, &columns, cells.palette.tone(entry.tone));
     }

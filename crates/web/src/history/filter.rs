@@ -95,7 +95,7 @@ impl HistoryFilter {
         let time = entry.time_unix_ns();
         self.from_unix_ns.is_none_or(|from| time >= from)
             && self.to_unix_ns.is_none_or(|to| time <= to)
-            && self.component.as_ref().is_none_or(|wanted| wanted == entry.component())
+            && self.component.as_ref().is_none_or(|wanted| entry.concerns(wanted))
             && self.state.is_none_or(|wanted| entry.state() == Some(wanted))
     }
 }

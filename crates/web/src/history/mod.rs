@@ -86,7 +86,7 @@ pub(crate) fn of_component(
     journal: &ModuleHistory,
     component: &ComponentPath,
 ) -> Markup {
-    let own = |entry: &JournalEntry<'_>| entry.component() == component;
+    let own = |entry: &JournalEntry<'_>| entry.concerns(component);
     html! {
         (remarks([journal]))
         (table::table(view, [journal], own, MOST_OF_COMPONENT))

@@ -48,11 +48,15 @@ pub(super) fn table<'a>(
 
 fn row(view: &LinkedScene<'_>, entry: &JournalEntry<'_>) -> Markup {
     let line = entry.line();
-    let href = view.component(line.structure.as_ref(), entry.component());
+    let structure = line.structure.as_ref();
+    let href = match entry.component() {
+        Some(component) => view.component(structure, component),
+        None => view.module(structure, entry.module()),
+    };
     html! {
         tr {
             td { (look::when(line.time_unix_ns)) }
-            td.number { (entry.sequence()) }
+            td.number { (or_nothing(entry.sequence())) }
             th scope="row" { a href=(href) { (line.who) } }
             td { (look::event(&line)) }
             td.number { (or_nothing(line.step)) }

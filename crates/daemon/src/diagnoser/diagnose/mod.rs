@@ -11,6 +11,7 @@ mod actions;
 mod shelving;
 mod status;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -384,6 +385,7 @@ impl DiagnosisLoop {
             self.end_freeze_frames();
         }
         self.tell_phase();
+        self.tell_monitored(now);
         self.end_shelvings();
         self.ask_again(now);
         self.give_up_questions(now);
@@ -403,13 +405,53 @@ impl DiagnosisLoop {
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
+        self.publish_phase(before, reason);
+    }
+
+    /// Publishes which components cannot be monitored when that changes.
+    fn tell_monitored(&mut self, now: Instant) {
+        if self.staleness.phase(self.diagnoser.phase()) != ModulePhase::InService {
+            return;
+        }
+        let lost = self.shared.store.lock().components.not_monitored();
+        if !self.staleness.change_of_monitored(&lost, now.into_std()) {
+            return;
+        }
+        let reason = match lost.values().next() {
+            None => "all components are monitored again".to_owned(),
+            Some(first) => {
+                let all = self.diagnoser.components().len();
+                format!("{} of {all} components are not monitored: {first}", lost.len())
+            }
+        };
+        self.publish_phase(Some(ModulePhase::InService), reason);
+    }
+
+    fn publish_phase(&mut self, before: Option<ModulePhase>, reason: String) {
+        let phase = self.staleness.phase(self.diagnoser.phase());
         let step = self.diagnoser.last_step();
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module, .. } = self.executor.speaker.clone();
         let time_unix_ns = clock::unix_ns();
         let run = self.diagnoser.run();
-        let change =
-            PhaseChange { structure, module, phase, before, run, step, reason, time_unix_ns };
+        let not_monitored = match phase {
+            ModulePhase::InService => self.shared.store.lock().components.not_monitored(),
+            _ => BTreeMap::new(),
+        };
+        // The store gives it its number.
+        let number = 0;
+        let change = PhaseChange {
+            structure,
+            module,
+            number,
+            phase,
+            before,
+            not_monitored,
+            run,
+            step,
+            reason,
+            time_unix_ns,
+        };
         self.executor.outbox.event(Outgoing::Phase(Box::new(change)));
         self.executor.status_is_due = true;
     }

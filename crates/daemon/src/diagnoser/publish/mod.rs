@@ -118,8 +118,9 @@ impl ModuleOutbox {
                 (Outgoing::Identification(found), Some(record))
             }
             Outgoing::Phase(change) => {
-                state.components.phase_changed((*change).clone());
-                (Outgoing::Phase(change), None)
+                let change = Box::new(state.components.phase_changed(*change));
+                let record = JournalRecord::Phase(change.clone());
+                (Outgoing::Phase(change), Some(record))
             }
             Outgoing::Input(input) => {
                 state.components.input((*input).clone());

@@ -51,6 +51,8 @@ fn phase() -> Outgoing {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),
         phase: ModulePhase::InService,
+        number: 1,
+        not_monitored: std::collections::BTreeMap::new(),
         before: None,
         run: None,
         step: None,

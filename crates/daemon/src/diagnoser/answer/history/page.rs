@@ -6,7 +6,8 @@ use diagnosis::messages::Speaker;
 use process::JournalRecord;
 use vocabulary::{
     Component, FaultTransition, HistoryPage, HistoryQuestion, Identification,
-    MAX_IDENTIFICATIONS_OF_FAULT, MAX_MESSAGE_BYTES, Message, ModuleName, Step,
+    MAX_IDENTIFICATIONS_OF_FAULT, MAX_MESSAGE_BYTES, MAX_PHASE_CHANGES_ON_PAGE, Message,
+    ModuleName, PhaseChange, Step,
 };
 
 /// A page is ended before it gets longer than this.
@@ -20,6 +21,8 @@ pub(super) trait EntryReader<P> {
     fn transition(&mut self, sequence: u64, place: P) -> Result<FaultTransition, Self::Error>;
 
     fn identification(&mut self, sequence: u64, place: P) -> Result<Identification, Self::Error>;
+
+    fn phase(&mut self, number: u64, place: P) -> Result<PhaseChange, Self::Error>;
 }
 
 /// The page that is asked for. Of the entries, those on it are read, and those that it ends before.
@@ -34,6 +37,7 @@ pub(super) fn compile<P: Copy, E: EntryReader<P>>(
         module: speaker.module.clone(),
         transitions: Vec::new(),
         identifications: Vec::new(),
+        phases: Vec::new(),
         first_sequence: index.first_sequence(),
         next_sequence: index.next_sequence(),
         more: false,
@@ -59,6 +63,10 @@ pub(super) fn compile<P: Copy, E: EntryReader<P>>(
         page.identifications.append(&mut found);
         filled.transitions += 1;
         from = sequence.saturating_add(1);
+    }
+    let last = page.transitions.last().filter(|_| page.more).map(|last| last.sequence);
+    for (number, place) in index.phases(question.since.saturating_sub(1), last) {
+        page.phases.push(entries.phase(number, place)?);
     }
     Ok(page)
 }
@@ -120,11 +128,13 @@ pub(super) struct HistoryIndex<P> {
     transitions: Vec<(u64, P)>,
     /// The latest of each fault, by the number of the transition that declared it, in the order of their entry.
     identifications: BTreeMap<u64, VecDeque<P>>,
+    /// With their numbers, and the number of the transition before each.
+    phases: Vec<(u64, u64, P)>,
 }
 
 impl<P: Copy> HistoryIndex<P> {
     pub(super) fn new() -> Self {
-        Self { transitions: Vec::new(), identifications: BTreeMap::new() }
+        Self { transitions: Vec::new(), identifications: BTreeMap::new(), phases: Vec::new() }
     }
 
     /// Takes in the entries of a module in their order, each once.
@@ -140,7 +150,19 @@ impl<P: Copy> HistoryIndex<P> {
                 }
                 of_fault.push_back(place);
             }
+            HistoryEntry::Phase(change) => {
+                let after = self.transitions.last().map_or(0, |(sequence, _)| *sequence);
+                self.phases.push((after, change.number, place));
+            }
         }
+    }
+
+    /// The latest changes of phase after the transition of the first number, and before that of the last.
+    fn phases(&self, after: u64, before: Option<u64>) -> impl Iterator<Item = (u64, P)> {
+        let place = |sequence| self.phases.partition_point(|(after, ..)| *after < sequence);
+        let (from, to) = (place(after), before.map_or(self.phases.len(), place));
+        let from = from.max(to.saturating_sub(MAX_PHASE_CHANGES_ON_PAGE));
+        self.phases[from.min(to)..to].iter().map(|(_, number, place)| (*number, *place))
     }
 
     /// The number of the first transition, if there is any.
@@ -173,6 +195,8 @@ pub(super) enum HistoryEntry {
     Transition(Box<FaultTransition>),
     /// What was published of a fault.
     Identification(Box<Identification>),
+    /// A change of phase, or of what is monitored.
+    Phase(Box<PhaseChange>),
 }
 
 /// Of records, read one by one, the entries of a module, each once.
@@ -196,6 +220,9 @@ impl HistoryEntries {
             JournalRecord::Identification(found) if found.module == self.module => {
                 HistoryEntry::Identification(found)
             }
+            JournalRecord::Phase(change) if change.module == self.module => {
+                HistoryEntry::Phase(change)
+            }
             _ => return None,
         };
         self.seen.is_new(&entry).then_some(entry)
@@ -208,6 +235,7 @@ struct SeenEntries {
     sequence: u64,
     /// Of each component, the fault last identified and as of when.
     identified: BTreeMap<Component, (u64, Step)>,
+    phase: u64,
 }
 
 impl SeenEntries {
@@ -224,6 +252,11 @@ impl SeenEntries {
                 let known = known.or_default();
                 let new = at > *known;
                 *known = at.max(*known);
+                new
+            }
+            HistoryEntry::Phase(change) => {
+                let new = change.number > self.phase;
+                self.phase = self.phase.max(change.number);
                 new
             }
         }
@@ -271,6 +304,12 @@ mod tests {
             self.read += 1;
             let HistoryEntry::Identification(found) = &self.entries[place] else { unreachable!() };
             Ok((**found).clone())
+        }
+
+        fn phase(&mut self, _: u64, place: usize) -> Result<PhaseChange, Infallible> {
+            self.read += 1;
+            let HistoryEntry::Phase(change) = &self.entries[place] else { unreachable!() };
+            Ok((**change).clone())
         }
     }
 
@@ -404,6 +443,45 @@ mod tests {
         assert!(vocabulary::encode(&page).unwrap().len() < MAX_MESSAGE_BYTES);
     }
 
+    fn phase(number: u64) -> HistoryEntry {
+        let json = serde_json::json!({
+            "structure": "t", "module": "m1", "number": number, "phase": "in_service",
+            "before": null, "not_monitored": {}, "run": null, "step": null, "reason": "",
+            "time_unix_ns": 5,
+        });
+        HistoryEntry::Phase(Box::new(serde_json::from_value(json).unwrap()))
+    }
+
+    #[test]
+    fn each_change_of_phase_is_on_one_page_and_stands_between_its_transitions() {
+        let mut all = vec![phase(1), phase(2)];
+        for sequence in 1..=9 {
+            all.push(transition(sequence));
+            if sequence % 3 == 0 {
+                all.extend([phase(sequence), phase(sequence + 1)]);
+            }
+        }
+        let (mut listed, index) = Listed::new(all.clone().into_iter());
+        for limit in [1, 2, 4, 500] {
+            let (mut since, mut numbers) = (1, Vec::new());
+            loop {
+                let question = HistoryQuestion { since, limit };
+                let Ok(page) = super::compile(&speaker(), &index, question, &mut listed);
+                assert_eq!(page, compile(&speaker(), all.clone().into_iter(), question));
+                numbers.extend(page.phases.iter().map(|change| change.number));
+                let Some(last) = page.transitions.last().filter(|_| page.more) else { break };
+                since = last.sequence + 1;
+            }
+            assert_eq!(numbers, [1, 2, 3, 4, 6, 7, 9, 10], "{limit} on a page");
+        }
+        let many = transitions(1).chain((1..=100).map(phase));
+        let (mut listed, index) = Listed::new(many);
+        let question = HistoryQuestion::since(1);
+        let Ok(page) = super::compile(&speaker(), &index, question, &mut listed);
+        let numbers: Vec<u64> = page.phases.iter().map(|change| change.number).collect();
+        assert_eq!(numbers, (37..=100).collect::<Vec<_>>(), "the latest");
+    }
+
     #[test]
     fn an_empty_journal_has_an_empty_page() {
         let page = compile(&speaker(), transitions(0), HistoryQuestion::since(1));
@@ -414,6 +492,7 @@ mod tests {
         let record = match entry {
             HistoryEntry::Transition(transition) => JournalRecord::Transition(transition),
             HistoryEntry::Identification(found) => JournalRecord::Identification(found),
+            HistoryEntry::Phase(change) => JournalRecord::Phase(change),
         };
         record.to_text().unwrap()
     }
@@ -423,7 +502,9 @@ mod tests {
         let transition = |sequence| recorded(transition(sequence));
         let found = |as_of| recorded(found(2, as_of));
         let other = recorded(self::found(1, 5)).replace("g1", "g2");
+        let phase = |number| recorded(self::phase(number));
         let texts = [
+            phase(1),
             transition(1),
             transition(2),
             found(10),
@@ -435,6 +516,8 @@ mod tests {
             found(20),
             transition(4),
             found(30),
+            phase(2),
+            phase(2),
         ];
         let mut entries = HistoryEntries::of(&"m1".parse().unwrap());
         let entries = texts.iter().filter_map(|text| entries.read(text)).map(|entry| match entry {
@@ -442,8 +525,12 @@ mod tests {
             HistoryEntry::Identification(found) => {
                 format!("{}@{}", found.sequence, found.as_of_step)
             }
+            HistoryEntry::Phase(change) => format!("phase {}", change.number),
         });
         let entries: Vec<String> = entries.collect();
-        assert_eq!(entries, ["1", "2", "2@10", "1@5", "2@20", "3", "4", "2@30"]);
+        assert_eq!(
+            entries,
+            ["phase 1", "1", "2", "2@10", "1@5", "2@20", "3", "4", "2@30", "phase 2"]
+        );
     }
 }

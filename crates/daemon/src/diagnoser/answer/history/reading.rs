@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use journal::{JournalFollower, JournalLook, OpenError, RecordPlace};
 use process::JournalRecord;
-use vocabulary::{FaultTransition, HistoryPage, HistoryQuestion, Identification};
+use vocabulary::{FaultTransition, HistoryPage, HistoryQuestion, Identification, PhaseChange};
 
 use super::page::{EntryReader, HistoryEntries, HistoryIndex, compile};
 use diagnosis::messages::Speaker;
@@ -110,6 +110,13 @@ impl EntryReader<RecordPlace> for JournalLook<'_> {
     ) -> Result<Identification, PageError> {
         match record_at(self, place)? {
             JournalRecord::Identification(found) if found.sequence == sequence => Ok(*found),
+            _ => Err(PageError::Changing),
+        }
+    }
+
+    fn phase(&mut self, number: u64, place: RecordPlace) -> Result<PhaseChange, PageError> {
+        match record_at(self, place)? {
+            JournalRecord::Phase(change) if change.number == number => Ok(*change),
             _ => Err(PageError::Changing),
         }
     }

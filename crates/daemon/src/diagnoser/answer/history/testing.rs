@@ -2,7 +2,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use vocabulary::{HistoryPage, HistoryQuestion, Identification, MAX_IDENTIFICATIONS_OF_FAULT};
+use vocabulary::{
+    HistoryPage, HistoryQuestion, Identification, MAX_IDENTIFICATIONS_OF_FAULT,
+    MAX_PHASE_CHANGES_ON_PAGE, PhaseChange,
+};
 
 use super::page::{HistoryEntry, PAGE_BYTES, length};
 use diagnosis::messages::Speaker;
@@ -19,17 +22,23 @@ pub(super) fn compile(
         module: speaker.module.clone(),
         transitions: Vec::new(),
         identifications: Vec::new(),
+        phases: Vec::new(),
         first_sequence: None,
         next_sequence: 1,
         more: false,
     };
     let mut bytes = 0;
     let mut identified = Identified::default();
+    let mut phases: Vec<(u64, PhaseChange)> = Vec::new();
     for entry in all {
         let transition = match entry {
             HistoryEntry::Transition(transition) => *transition,
             HistoryEntry::Identification(found) => {
                 identified.enter(*found, question.since);
+                continue;
+            }
+            HistoryEntry::Phase(change) => {
+                phases.push((page.next_sequence - 1, *change));
                 continue;
             }
         };
@@ -45,6 +54,11 @@ pub(super) fn compile(
         }
     }
     identified.complete(&mut page);
+    let last = page.transitions.last().filter(|_| page.more).map(|last| last.sequence);
+    phases
+        .retain(|(after, _)| after + 1 >= question.since && last.is_none_or(|last| *after < last));
+    let skipped = phases.len().saturating_sub(MAX_PHASE_CHANGES_ON_PAGE);
+    page.phases = phases.into_iter().skip(skipped).map(|(_, change)| change).collect();
     page
 }
 
