@@ -99,7 +99,9 @@ impl Show {
         self.number += 1;
         self.shown = Instant::now();
         self.changed = false;
-        let scene = self.known.scene(self.number, unix_ns());
+        let now = unix_ns();
+        self.known.forget(now);
+        let scene = self.known.scene(self.number, now);
         self.scenes.send_replace(Arc::new(scene));
     }
 

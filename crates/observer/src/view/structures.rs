@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vocabulary::{
-    ComponentPath, FaultTransition, Key, ModuleName, ModuleStatus, StructureName, Topic, Unknown,
-    keys::PLANT,
+    ComponentPath, FaultState, FaultTransition, Key, ModuleName, ModuleStatus, StructureName,
+    Topic, Unknown, keys::PLANT,
 };
 
 use super::component;
@@ -19,6 +19,10 @@ const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// Events and problems kept for the scene.
 const EVENTS: usize = 500;
 const PROBLEMS: usize = 20;
+/// Most modules: on an open network anybody can make up names. Messages of further ones are only counted.
+const MODULES: usize = 1024;
+/// A module that is neither present nor awaited is forgotten when nothing was heard of it for this long.
+const FORGOTTEN_AFTER: Duration = Duration::from_secs(600);
 
 /// Everything known about the observed structures.
 #[derive(Debug, Default)]
@@ -31,6 +35,8 @@ pub struct Structures {
     /// Since when the network has been open \[ns since 1970\].
     open_unix_ns: u64,
     is_asking: bool,
+    /// Messages of modules beyond [`MODULES`].
+    ignored: u64,
 }
 
 impl Structures {
@@ -59,19 +65,21 @@ impl Structures {
         match &news {
             News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
             News::Identification(found) => {
-                let module = self.module(&found.structure, &found.module);
-                component::identify(&mut module.components, found);
+                if let Some(module) = self.module(&found.structure, &found.module) {
+                    component::identify(&mut module.components, found);
+                }
             }
             News::Phase(change) => {
-                let view = self.module(&change.structure, &change.module);
-                (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
+                if let Some(view) = self.module(&change.structure, &change.module) {
+                    (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
+                }
             }
             News::Presence { structure, who, there } => {
                 // The plant has a liveliness token but is not a module.
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
+                    && let Some(view) = self.module(structure, &module)
                 {
-                    let view = self.module(structure, &module);
                     (view.present, view.left_unix_ns) =
                         (*there, if *there { 0 } else { now_unix_ns });
                 }
@@ -95,17 +103,19 @@ impl Structures {
     /// Records a status.
     pub fn status(&mut self, status: ModuleStatus, now_unix_ns: u64) {
         for peer in &status.peers {
-            let named = self.module(&status.structure, &peer.module);
-            named.peer_of.insert(status.module.clone());
+            if let Some(named) = self.module(&status.structure, &peer.module) {
+                named.peer_of.insert(status.module.clone());
+            }
         }
-        let view = self.module(&status.structure, &status.module);
-        (view.heard_unix_ns, view.status) = (now_unix_ns, Some(status));
+        if let Some(view) = self.module(&status.structure, &status.module) {
+            (view.heard_unix_ns, view.status) = (now_unix_ns, Some(status));
+        }
     }
 
     /// Records the state of a component, from a published transition or a process's answer. A state older than the
     /// recorded one is ignored.
     pub fn state(&mut self, state: FaultTransition, process: Option<String>, now_unix_ns: u64) {
-        let module = self.module(&state.structure, &state.module);
+        let Some(module) = self.module(&state.structure, &state.module) else { return };
         module.heard_unix_ns = now_unix_ns;
         module.answering.extend(process);
         component::enter(&mut module.components, state);
@@ -117,9 +127,9 @@ impl Structures {
         if let Ok(Key::Module { structure, module, topic: Topic::Fault(component) }) = key.parse() {
             let reason = format!("its state cannot be read: {problem}");
             let unknown = Unknown { since_unix_ns: now_unix_ns, reason };
-            let components = &mut self.module(&structure, &module).components;
+            let Some(view) = self.module(&structure, &module) else { return };
             component::unreadable(
-                components,
+                &mut view.components,
                 structure,
                 ComponentPath { module, component },
                 unknown,
@@ -147,16 +157,53 @@ impl Structures {
         }
     }
 
-    fn module(&mut self, structure: &StructureName, module: &ModuleName) -> &mut ModuleView {
+    /// Forgets modules that were made up or removed: not expected, without a liveliness token, not named as a peer by a
+    /// module that was heard, without a fault, and not heard of for [`FORGOTTEN_AFTER`]. None while cut off.
+    pub fn forget(&mut self, now_unix_ns: u64) {
+        if self.network != NetworkState::Open {
+            return;
+        }
+        let open_unix_ns = self.open_unix_ns;
+        let is_recent = |since_unix_ns: u64| {
+            let age_ns = now_unix_ns.saturating_sub(since_unix_ns.max(open_unix_ns));
+            u128::from(age_ns) < FORGOTTEN_AFTER.as_nanos()
+        };
+        let heard: BTreeSet<_> = self
+            .modules
+            .iter()
+            .filter(|(_, view)| is_recent(view.heard_unix_ns))
+            .map(|(key, _)| key.clone())
+            .collect();
+        self.modules.retain(|(structure, _), view| {
+            let is_named = || {
+                let mut namers = view.peer_of.iter();
+                namers.any(|namer| heard.contains(&(structure.clone(), namer.clone())))
+            };
+            let is_faulty = || view.components.iter().any(|c| c.state() != FaultState::Normal);
+            let is_recent = is_recent(view.heard_unix_ns.max(view.left_unix_ns));
+            view.expected || view.present || is_recent || is_named() || is_faulty()
+        });
+    }
+
+    /// The module, unless it is a new one beyond [`MODULES`].
+    fn module(
+        &mut self,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Option<&mut ModuleView> {
         // An expected module whose structure was not known turned out to be this one.
         if let Some(mut known) = self.modules.remove(&(None, module.clone())) {
             known.structure = Some(structure.clone());
             self.modules.insert((Some(structure.clone()), module.clone()), known);
         }
         let key = (Some(structure.clone()), module.clone());
-        self.modules.entry(key).or_insert_with_key(|(structure, module)| {
+        if self.modules.len() >= MODULES && !self.modules.contains_key(&key) {
+            self.ignored += 1;
+            return None;
+        }
+        Some(self.modules.entry(key).or_insert_with_key(|(structure, module)| {
             ModuleView::new(structure.clone(), module.clone())
-        })
+        }))
     }
 
     /// The scene at this moment.
@@ -189,6 +236,13 @@ impl Structures {
         };
         let mut modules: Vec<ModuleView> = self.modules.values().map(view).collect();
         modules.sort_by(|a, b| (&a.structure, &a.module).cmp(&(&b.structure, &b.module)));
+        let mut problems = self.problems.clone();
+        if self.ignored > 0 {
+            let ignored = self.ignored;
+            let problem =
+                format!("{MODULES} modules are known; {ignored} messages of others were ignored");
+            keep(&mut problems, problem, PROBLEMS);
+        }
         Scene {
             number,
             time_unix_ns: now_unix_ns,
@@ -196,7 +250,7 @@ impl Structures {
             is_asking: self.is_asking,
             modules,
             events: self.events.clone(),
-            problems: self.problems.clone(),
+            problems,
         }
     }
 }
@@ -212,7 +266,7 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use vocabulary::{Condition, FaultState, ModulePhase, Obstacle, PhaseChange, Step};
+    use vocabulary::{Condition, ModulePhase, Obstacle, PhaseChange, Step};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -414,6 +468,57 @@ mod tests {
         assert!(seen(&structures, 103).0.starts_with("NOT ANSWERING: nothing heard since "));
         structures.status(testing::status("m1", &[]), 104 * SECOND);
         assert_eq!(seen(&structures, 104), ("in service: ".to_owned(), FaultState::Normal));
+    }
+
+    #[test]
+    fn a_module_that_nobody_awaits_is_forgotten_when_it_is_not_heard_any_more() {
+        const LATER: u64 = 601 * SECOND;
+        let mut structures = Structures::new(None, vec!["expected".parse().unwrap()]);
+        structures.network(NetworkState::Open, SECOND);
+        let status = |structures: &mut Structures, module: &str, peers: &[&str], at| {
+            structures.status(testing::status(module, peers), at);
+        };
+        status(&mut structures, "namer", &["named"], SECOND);
+        status(&mut structures, "ghost", &["ghosts-peer"], SECOND);
+        structures.news(token("present", true), SECOND);
+        structures.news(token("left", true), SECOND);
+        structures.news(token("left", false), 2 * SECOND);
+        structures.state(transition(7, 1, FaultState::Latched), None, SECOND);
+        let known = |structures: &Structures| {
+            let scene = structures.scene(1, LATER);
+            let names = scene.modules.iter().map(|module| module.module.to_string());
+            names.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(" ")
+        };
+        let all = "expected ghost ghosts-peer left m1 named namer present";
+        structures.forget(600 * SECOND);
+        assert_eq!(known(&structures), all);
+        // Nobody is heard while the observer is cut off.
+        structures.network(NetworkState::CutOff(600 * SECOND), 600 * SECOND);
+        structures.forget(LATER);
+        assert_eq!(known(&structures), all);
+        structures.network(NetworkState::Open, LATER);
+        structures.forget(LATER + 599 * SECOND);
+        assert_eq!(known(&structures), all);
+        status(&mut structures, "namer", &["named"], LATER + 599 * SECOND);
+        structures.forget(LATER + 600 * SECOND);
+        assert_eq!(known(&structures), "expected m1 named namer present");
+    }
+
+    #[test]
+    fn made_up_modules_are_bounded_and_those_beyond_are_counted() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        structures.status(testing::status("m1", &[]), SECOND);
+        for number in 0..3000 {
+            structures.news(token(&format!("ghost{number}"), true), SECOND);
+        }
+        structures.status(testing::status("m1", &["another"]), 2 * SECOND);
+        let scene = structures.scene(1, 2 * SECOND);
+        assert_eq!(scene.modules.len(), MODULES);
+        let own = scene.modules.iter().find(|module| module.module.as_str() == "m1").unwrap();
+        assert_eq!(own.heard_unix_ns, 2 * SECOND, "one that is known is still heard");
+        let problem = scene.problems.back().unwrap();
+        assert_eq!(problem, "1024 modules are known; 1978 messages of others were ignored");
     }
 
     #[test]

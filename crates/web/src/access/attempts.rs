@@ -1,4 +1,4 @@
-//! Limits failed sign-ins per address: after several failures an address has to wait.
+//! Limits failed sign-ins per address: after several failures an address gets no answer to further ones for a while.
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
-/// Failures allowed per address within [`WINDOW`]. A secret has 256 bits; this bounds the cost of guessing.
+/// Failures answered per address within [`WINDOW`]. Guessing a secret of 256 bits is hopeless; this says so.
 const MOST: u32 = 10;
 const WINDOW: Duration = Duration::from_secs(60);
 /// Addresses that are remembered.

@@ -52,7 +52,7 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
         Ok(PassedGuard::On(request)) => next.run(*request).await,
         Ok(PassedGuard::ToSignIn) => Redirect::to(SIGN_IN).into_response(),
         Err(stop) => {
-            access.refusals.note(stop.refused, connection.peer.ip(), &stop.words);
+            access.refusals.note(stop.refused, connection.client, &stop.words);
             answer(&stop)
         }
     };

@@ -9,6 +9,7 @@
 //! | `one_time_link`, `certificate` | the two ways to sign in |
 //! | `person_name` | valid names of users |
 //! | `sessions`, `cookie`, `secret` | the state of a browser that is signed in |
+//! | `session_watch` | ends a stream with the session |
 //! | `attempts` | limits failed sign-ins |
 //! | `refusals` | counts and logs refused requests |
 //! | `read_only` | whether this process may send commands |
@@ -28,6 +29,7 @@ mod plain;
 mod read_only;
 mod refusals;
 mod secret;
+mod session_watch;
 mod sessions;
 mod sign_in;
 mod sign_out;
@@ -53,6 +55,7 @@ pub(crate) use form::Fields;
 pub(crate) use guard::protect;
 pub(crate) use plain::plain;
 pub(crate) use read_only::read_only;
+pub(crate) use session_watch::{CHECK_EVERY, SessionWatch};
 pub(crate) use sign_in::routes;
 
 pub use one_time_link::{LinkError, VALID, one_time_link};

@@ -109,9 +109,10 @@ pub(crate) fn accept(state: &Path, secret: &Secret) -> Option<Invitation> {
 
 fn accept_at(state: &Path, secret: &Secret, now: u64) -> Option<Invitation> {
     let directory = state.join(DIRECTORY);
-    tidy(&directory, now);
     let file = directory.join(secret.fingerprint().as_str());
+    // A guess costs no more than this.
     let invitation = read(&file)?;
+    tidy(&directory, now);
     // If several requests arrive at once, only the one that deletes the file succeeds.
     fs::remove_file(&file).ok()?;
     // Sync the directory, so that the file does not reappear after a power failure.

@@ -18,7 +18,7 @@ use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::sessions::SignedIn;
 use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
-use crate::listener::Connection;
+use crate::listener::{Connection, source};
 
 /// Instructions for a user without a link.
 const HOW: &str = "Ask the administrator of this page for a one-time link (`trusswatch web link`).";
@@ -79,23 +79,21 @@ async fn enter(
     viewer: Viewer,
     fields: Fields,
 ) -> Response {
-    let address = connection.peer.ip();
-    if access.attempts.is_exhausted(address, Instant::now()) {
-        return refuse(
-            &access,
-            address,
-            StatusCode::TOO_MANY_REQUESTS,
-            "too many attempts; wait a minute",
-        );
-    }
+    let address = connection.client;
     let let_in = match fields.get("link") {
         Some(link) => by_link(&access, link).await,
         None => by_certificate(&access, &connection),
     };
     let signed_in = match let_in {
         Ok(signed_in) => signed_in,
+        // Only after a failure: a valid link signs in whatever others have tried from the same address.
         Err(words) => {
-            access.attempts.failed(address, Instant::now());
+            let (source, now) = (source(address), Instant::now());
+            if access.attempts.is_exhausted(source, now) {
+                let words = "too many attempts; wait a minute";
+                return refuse(&access, address, StatusCode::TOO_MANY_REQUESTS, words);
+            }
+            access.attempts.failed(source, now);
             return refuse(&access, address, StatusCode::FORBIDDEN, &words);
         }
     };

@@ -171,7 +171,7 @@ async fn a_link_that_is_over_or_made_up_lets_nobody_in() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_fails_to_sign_in_often_has_to_wait() {
+async fn who_fails_to_sign_in_often_is_refused_but_not_a_valid_link() {
     let (state, page) = page().await;
     let browser = page.browser();
     let made_up = "0".repeat(64);
@@ -179,8 +179,38 @@ async fn who_fails_to_sign_in_often_has_to_wait() {
         let answer = browser.send(browser.post("/sign-in", &[("link", &made_up)])).await;
         assert_eq!(answer.status, 403);
     }
+    let another = browser.send(browser.post("/sign-in", &[("link", &made_up)])).await;
+    assert_eq!(another.status, 429);
+    // Somebody else at the same address may have failed.
     let good = browser.post("/sign-in", &[("link", &link(state.path()))]);
-    assert_eq!(browser.send(good).await.status, 429);
+    assert_permitted(&browser.send(good).await);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn behind_a_proxy_failures_are_those_of_the_address_that_it_appended() {
+    let proxy = "https://tower.example";
+    let setup = Setup { behind_proxy: Some(proxy.parse().unwrap()), ..Setup::default() };
+    let page = PageServer::start(setup).await;
+    let browser = page.browser();
+    let made_up = "0".repeat(64);
+    let attempt = async |forwarded: &str| {
+        let request = browser.post("/sign-in", &[("link", &made_up)]).with("Origin", proxy);
+        browser.send(request.with("X-Forwarded-For", forwarded)).await.status
+    };
+    for number in 0..10 {
+        // What the client claims before is of no account.
+        assert_eq!(attempt(&format!("192.0.2.{number}, 203.0.113.66")).await, 403);
+    }
+    assert_eq!(attempt("192.0.2.99, 203.0.113.66").await, 429);
+    assert_eq!(attempt("203.0.113.66, 198.51.100.5").await, 403);
+    // Without a proxy nobody is believed.
+    let bare = PageServer::start(Setup::default()).await;
+    let browser = bare.browser();
+    for number in 0..11 {
+        let request = browser.post("/sign-in", &[("link", &made_up)]);
+        let answer = browser.send(request.with("X-Forwarded-For", &format!("192.0.2.{number}")));
+        assert_eq!(answer.await.status, if number < 10 { 403 } else { 429 });
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]

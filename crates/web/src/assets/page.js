@@ -6,7 +6,9 @@
   const live = document.getElementById("live");
   if (!wanted || !live) return;
   const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000, HIDDEN_POLL_MS = 5000;
-  let stream = null, polling = null, last = performance.now(), opened = last;
+  let stream = null, polling = null, last = performance.now(), opened = last, signedOut = false;
+  const signIn = document.createElement("a");
+  [signIn.href, signIn.textContent] = ["/sign-in", "sign in again"];
 
   const replace = (element, html) => {
     // Whoever uses the keyboard stays where he was.
@@ -15,7 +17,7 @@
     if (focused) element.querySelector(`[href="${CSS.escape(focused)}"]`)?.focus();
   };
   const take = (parts) => {
-    last = performance.now();
+    [last, signedOut] = [performance.now(), false];
     for (const { id, html } of parts) {
       const element = document.getElementById(id);
       if (id === "icon") element.href = html;
@@ -27,6 +29,8 @@
   const poll = async () => {
     try {
       const answer = await fetch(`/fragments?${wanted}`, { cache: "no-store", signal: AbortSignal.timeout(4000) });
+      // The session has ended. One begun in another tab brings the page back.
+      if (answer.status === 401) signedOut = true;
       if (answer.ok) take(await answer.json());
     } catch { /* The age of what is shown says it. */ }
   };
@@ -53,15 +57,16 @@
 
   // How old what is shown is, at every moment.
   const words = document.createElement("span"), clock = document.getElementById("clock");
-  live.replaceChildren(words, clock);
+  live.replaceChildren(signIn, words, clock);
   const show = () => {
     const now = performance.now(), age = now - last, silent = age > SILENT_MS;
     // The page's own server may be without a network, and say so at once.
-    const lost = silent || document.querySelector("#network [data-cut-off]") !== null;
+    const lost = silent || signedOut || document.querySelector("#network [data-cut-off]") !== null;
     document.body.classList.toggle("lost", lost);
     live.dataset.age = Math.round(age / 1000);
-    const old = silent ? `nothing new for ${Math.round(age / 1000)} s` : "cut off from the network";
-    words.textContent = lost ? `NOT LIVE: ${old}, as of ` : "live ";
+    signIn.hidden = !signedOut;
+    const old = signedOut ? "this session has ended" : silent ? `nothing new for ${Math.round(age / 1000)} s` : "cut off from the network";
+    words.textContent = lost ? `${signedOut ? " · " : ""}NOT LIVE: ${old}, as of ` : "live ";
     // A connection that is open and carries nothing.
     if (stream && age > RENEW_MS && now - opened > RENEW_MS) open();
   };

@@ -1,6 +1,6 @@
 //! One connection of a browser, which may be slow, silent, hostile or gone.
 
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -23,6 +23,8 @@ use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 
+use super::sources::{self, Sources};
+
 /// Timeout for the TLS handshake and for the head of a request.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
 /// Longest head of a request, in bytes.
@@ -37,8 +39,8 @@ const END_WITHIN: Duration = Duration::from_secs(2);
 pub(crate) struct Connection {
     /// The local address.
     pub(crate) local: SocketAddr,
-    /// The address of the browser or the proxy.
-    pub(crate) peer: SocketAddr,
+    /// The source of the request: the browser, as the declared proxy names it, or the other end of the connection.
+    pub(crate) client: IpAddr,
     /// The client certificate, if one was shown and verified by TLS.
     pub(crate) shown: Option<Issued>,
 }
@@ -48,6 +50,12 @@ pub(super) struct Shared {
     pub(super) router: Router,
     pub(super) tls: Option<TlsAcceptor>,
     pub(super) places: Arc<Semaphore>,
+    /// The open connections of each source.
+    pub(super) sources: Arc<Sources>,
+    /// Whether the other end of each connection is the declared proxy.
+    pub(super) is_behind_proxy: bool,
+    /// Connections refused because their source has too many.
+    pub(super) crowded: Occurrences,
     /// Connections that failed before they were established.
     pub(super) failed: Occurrences,
 }
@@ -63,9 +71,9 @@ pub(super) async fn attend(
     let _ = setsockopt(&stream, TcpUserTimeout, &TAKES_WITHIN_MS);
     let _ = stream.set_nodelay(true);
     let Ok(local) = stream.local_addr() else { return };
-    let plain = Connection { local, peer, shown: None };
+    let plain = Connection { local, client: peer.ip(), shown: None };
     let Some(acceptor) = &shared.tls else {
-        return serve(stream, plain, shared.router.clone(), shutdown).await;
+        return serve(stream, plain, shared, shutdown).await;
     };
     let begun = tokio::select! {
         begun = handshake(acceptor, stream) => begun,
@@ -74,7 +82,7 @@ pub(super) async fn attend(
     match begun {
         Ok(stream) => {
             let connection = Connection { shown: shown(&stream), ..plain };
-            serve(stream, connection, shared.router.clone(), shutdown).await;
+            serve(stream, connection, shared, shutdown).await;
         }
         Err(why) => {
             if let Some(times) = shared.failed.note(Instant::now()) {
@@ -105,12 +113,17 @@ fn shown(stream: &TlsStream<TcpStream>) -> Option<Issued> {
 async fn serve(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     connection: Connection,
-    router: Router,
+    shared: &Shared,
     mut shutdown: Shutdown,
 ) {
-    let pages = TowerToHyperService::new(router);
+    let is_behind_proxy = shared.is_behind_proxy;
+    let pages = TowerToHyperService::new(shared.router.clone());
     let service = service_fn(move |mut request: Request<Incoming>| {
-        request.extensions_mut().insert(connection.clone());
+        let mut connection = connection.clone();
+        if is_behind_proxy {
+            connection.client = sources::forwarded(request.headers()).unwrap_or(connection.client);
+        }
+        request.extensions_mut().insert(connection);
         pages.call(request)
     });
     let served = http1::Builder::new()

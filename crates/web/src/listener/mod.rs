@@ -6,16 +6,19 @@
 //! | `tls` | the server certificate, and client certificates |
 //! | `site` | the names of this site |
 //! | `connection` | one connection from start to end |
+//! | `sources` | where requests come from; limits the connections of one source |
 
 mod connection;
 mod settings;
 mod site;
+mod sources;
 #[cfg(test)]
 mod tests;
 mod tls;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::time::Instant;
 
 use axum::Router;
 use shell::occurrences::Occurrences;
@@ -30,14 +33,19 @@ use connection::{Shared, attend};
 pub use settings::{ListenError, ListenerSettings, TlsFiles};
 pub(crate) use site::Site;
 pub use site::{Origin, OriginError};
+pub(crate) use sources::source;
 
 /// Most connections at a time; further ones wait.
 const CONNECTIONS: usize = 1024;
+/// Most connections of one source, so that one client cannot take the places of all; further ones are closed. A declared
+/// proxy has no such limit, because all clients connect through it.
+const OF_SOURCE: usize = CONNECTIONS / 8;
 
 /// The bound addresses, before anything is served on them.
 pub(crate) struct Listener {
     sockets: Vec<TcpListener>,
     tls: Option<TlsAcceptor>,
+    is_behind_proxy: bool,
 }
 
 impl Listener {
@@ -54,7 +62,7 @@ impl Listener {
             sockets
                 .push(socket.map_err(|error| ListenError::Address { address: *address, error })?);
         }
-        Ok(Self { sockets, tls })
+        Ok(Self { sockets, tls, is_behind_proxy: settings.behind_proxy.is_some() })
     }
 
     /// The addresses, with the actual port if the system chose it.
@@ -74,6 +82,9 @@ impl Listener {
             router,
             tls: self.tls,
             places: Arc::new(Semaphore::new(CONNECTIONS)),
+            sources: Arc::default(),
+            is_behind_proxy: self.is_behind_proxy,
+            crowded: Occurrences::default(),
             failed: Occurrences::default(),
         });
         let connections = shared.places.clone();
@@ -92,9 +103,19 @@ async fn accept(socket: TcpListener, shared: Arc<Shared>, shutdown: Shutdown) {
     while let Ok(place) = shared.places.clone().acquire_owned().await {
         match socket.accept().await {
             Ok((stream, peer)) => {
+                let most = if shared.is_behind_proxy { CONNECTIONS } else { OF_SOURCE };
+                let Some(of_source) = shared.sources.enter(source(peer.ip()), most) else {
+                    if let Some(times) = shared.crowded.note(Instant::now()) {
+                        tracing::warn!(
+                            from = %peer.ip(), times,
+                            "a connection was refused: {most} of this address are open"
+                        );
+                    }
+                    continue;
+                };
                 let (shared, shutdown) = (shared.clone(), shutdown.clone());
                 tokio::spawn(async move {
-                    let _place = place;
+                    let _places = (place, of_source);
                     attend(stream, peer, &shared, shutdown).await;
                 });
             }

@@ -24,7 +24,7 @@ pub struct Origin {
 /// An invalid origin.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is not the address of a page over TLS; write https://NAME or https://NAME:PORT, or http:// for localhost"
+    "`{0}` is not the address of a page over TLS; write https://NAME or https://NAME:PORT, without a path, or http:// for localhost"
 )]
 pub struct OriginError(String);
 

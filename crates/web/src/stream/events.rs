@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use axum::extract::{Query, State};
 use axum::http::{StatusCode, header};
@@ -14,6 +14,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::watch::Receiver;
 
 use super::rendering;
+use crate::access::{CHECK_EVERY, SessionWatch};
 use crate::app::Shared;
 use crate::live_page::PageParameters;
 use crate::part::{MOST, Parts};
@@ -27,6 +28,7 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 pub(crate) async fn stream(
     State(app): State<Shared>,
     Query(parameters): Query<PageParameters>,
+    session: SessionWatch,
 ) -> Response {
     let page = match parameters.page(&app.observed.scene()) {
         Ok(page) => page,
@@ -41,7 +43,7 @@ pub(crate) async fn stream(
     app.metrics.stream_opened();
     let parts = rendering::look(&app, &page);
     let shutdown = app.shutdown.clone();
-    let viewing = Viewing { parts, sent: 0, shutdown, app, _place: place };
+    let viewing = Viewing { parts, sent: 0, session, shutdown, app, _place: place };
     let events = Sse::new(events(viewing)).keep_alive(KeepAlive::new().interval(HEARTBEAT));
     // Tells a buffering proxy to pass events on at once.
     ([(header::HeaderName::from_static("x-accel-buffering"), "no")], events).into_response()
@@ -52,6 +54,7 @@ struct Viewing {
     parts: Receiver<Arc<Parts>>,
     /// The version last sent.
     sent: u64,
+    session: SessionWatch,
     shutdown: Shutdown,
     app: Shared,
     _place: OwnedSemaphorePermit,
@@ -63,10 +66,14 @@ impl Drop for Viewing {
     }
 }
 
-/// The changes since the last event, whenever the browser is ready for one. Ends with the process.
+/// The changes since the last event, whenever the browser is ready for one. Ends with the process, and
+/// with the session: then the browser asks again, and the guard decides.
 fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
     unfold(viewing, |mut viewing| async move {
         loop {
+            if viewing.session.is_over(Instant::now()) {
+                return None;
+            }
             let parts = Arc::clone(&viewing.parts.borrow_and_update());
             if let Some(changed) = parts.since(viewing.sent) {
                 viewing.sent = parts.version();
@@ -76,6 +83,7 @@ fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
             tokio::select! {
                 changed = viewing.parts.changed() => if changed.is_err() { return None },
                 () = viewing.shutdown.requested() => return None,
+                () = tokio::time::sleep(CHECK_EVERY) => {}
             }
         }
     })

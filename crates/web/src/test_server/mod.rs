@@ -27,7 +27,7 @@ use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
-use crate::listener::{Listener, ListenerSettings, TlsFiles};
+use crate::listener::{Listener, ListenerSettings, Origin, TlsFiles};
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
@@ -55,13 +55,15 @@ pub(crate) struct Setup {
     /// The endpoint of a stand-in.
     pub(crate) network: Option<String>,
     pub(crate) operator: Option<OperatorName>,
+    /// The page's address at a proxy.
+    pub(crate) behind_proxy: Option<Origin>,
 }
 
 impl PageServer {
     pub(crate) async fn start(setup: Setup) -> Self {
-        let Setup { mut access, tls, network, operator } = setup;
+        let Setup { mut access, tls, network, operator, behind_proxy } = setup;
         let listen = vec!["127.0.0.1:0".parse().unwrap()];
-        let settings = ListenerSettings { listen, tls, behind_proxy: None, names: Vec::new() };
+        let settings = ListenerSettings { listen, tls, behind_proxy, names: Vec::new() };
         access.site = settings.site();
         let (trigger, shutdown) = shutdown::pair();
         let app = App {

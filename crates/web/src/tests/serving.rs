@@ -1,6 +1,7 @@
 //! What a real server sends, with and without a network.
 
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use http_body_util::{BodyExt, Empty};
@@ -11,7 +12,7 @@ use hyper_util::rt::TokioIo;
 use session::Network;
 use shell::shutdown::{Trigger, pair};
 use shell::supervision::Supervisor;
-use tokio::net::TcpStream;
+use tokio::net::TcpSocket;
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 use vocabulary::{FaultState, FaultTransition, Key, Message, Topic};
@@ -22,6 +23,7 @@ use crate::config::WebConfig;
 use crate::listener::{Listener, ListenerSettings};
 use crate::router::router;
 use crate::server::app;
+use crate::test_server::Browser;
 use crate::testing::{component, latched, status};
 
 /// However loaded the machine is.
@@ -37,6 +39,11 @@ struct Server {
 
 impl Server {
     async fn start(network: Network) -> Server {
+        Server::with(network, None).await
+    }
+
+    /// With a state directory, signing in is required.
+    async fn with(network: Network, state_dir: Option<PathBuf>) -> Server {
         let (trigger, shutdown) = pair();
         let settings = ListenerSettings {
             listen: vec!["127.0.0.1:0".parse().unwrap()],
@@ -51,10 +58,10 @@ impl Server {
             structure: None,
             expected: vec!["m9".parse().unwrap()],
             listener: settings,
-            require_sign_in: false,
+            require_sign_in: state_dir.is_some(),
             revoked: None,
             drawing: None,
-            state_dir: None,
+            state_dir,
             timeout: Duration::from_secs(1),
         };
         let supervisor = Supervisor::from_environment();
@@ -65,11 +72,20 @@ impl Server {
     }
 
     async fn get(&self, path: &str) -> Response<Incoming> {
-        let stream = TcpStream::connect(self.address).await.unwrap();
+        self.get_from(1, None, path).await
+    }
+
+    /// Likewise, from 127.0.0.`last` and with this cookie.
+    async fn get_from(&self, last: u8, cookie: Option<&str>, path: &str) -> Response<Incoming> {
+        let socket = TcpSocket::new_v4().unwrap();
+        socket.bind((Ipv4Addr::new(127, 0, 0, last), 0).into()).unwrap();
+        let stream = socket.connect(self.address).await.unwrap();
         let (mut sender, connection) = http1::handshake(TokioIo::new(stream)).await.unwrap();
         tokio::spawn(connection);
-        let host = self.address.to_string();
-        let request = Request::get(path).header("host", host).body(Empty::<Bytes>::new()).unwrap();
+        let request = Request::get(path).header("host", self.address.to_string());
+        let request =
+            cookie.into_iter().fold(request, |request, pair| request.header("cookie", pair));
+        let request = request.body(Empty::<Bytes>::new()).unwrap();
         timeout(SOON, sender.send_request(request)).await.unwrap().unwrap()
     }
 
@@ -216,8 +232,9 @@ async fn beyond_its_places_a_stream_is_refused_and_polling_goes_on() {
     let (network, _session) = diagnoser().await;
     let server = Server::start(network).await;
     let mut streams = Vec::new();
-    for _ in 0..256 {
-        streams.push(server.get("/stream?page=events").await);
+    for number in 0..256 {
+        let last = 1 + (number % 4) as u8;
+        streams.push(server.get_from(last, None, "/stream?page=events").await);
     }
     assert!(streams.iter().all(|stream| stream.status() == StatusCode::OK));
     let refused = server.get("/stream?page=events").await;
@@ -225,6 +242,33 @@ async fn beyond_its_places_a_stream_is_refused_and_polling_goes_on() {
     assert!(refused.headers().contains_key("retry-after"));
     assert_eq!(server.text("/fragments?page=events").await.0, StatusCode::OK);
     assert_eq!(server.app.metrics.streams(), 256);
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_stream_ends_with_its_session_and_polling_is_refused_then() {
+    let (network, _session) = diagnoser().await;
+    let state = tempfile::tempdir().unwrap();
+    let server = Server::with(network, Some(state.path().to_owned())).await;
+    let mut ada = Browser::at(server.address);
+    let minute = Duration::from_secs(60);
+    let link = crate::one_time_link(state.path(), &"ada".parse().unwrap(), true, minute).unwrap();
+    let (_, secret) = link.split_once("link=").unwrap();
+    let signed_in = ada.send(ada.post("/sign-in", &[("link", secret)])).await;
+    ada.keep_cookie(&signed_in);
+    let cookie = ada.cookie.clone();
+    let ask = async |path: &str| server.get_from(1, cookie.as_deref(), path).await;
+    let mut stream = ask("/stream?page=overview").await;
+    until(&mut stream, "counts").await;
+    assert_eq!(ask("/fragments?page=overview").await.status(), StatusCode::OK);
+    let page = ada.open("/sign-out").await.body;
+    let (_, token) = page.split_once("name=\"token\" value=\"").unwrap();
+    let (token, _) = token.split_once('"').unwrap();
+    assert_eq!(ada.send(ada.post("/sign-out", &[("token", token)])).await.status, 303);
+    // What was on its way may still come; then the stream ends.
+    timeout(SOON, stream.into_body().collect()).await.unwrap().unwrap();
+    for path in ["/stream?page=overview", "/fragments?page=overview"] {
+        assert_eq!(ask(path).await.status(), StatusCode::UNAUTHORIZED, "{path}");
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
