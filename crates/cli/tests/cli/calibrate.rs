@@ -204,7 +204,7 @@ fn recordings_that_cannot_be_used_are_refused_by_line() {
     let repeated = good.clone() + good.lines().last().unwrap() + "\n";
     let broken = good.replacen("note,20,", "note,20.5,", 1);
     let bad = good.replacen("note,20,", "note,20,x", 1);
-    let missing = format!("line 1: missing column `{}`", names[0]);
+    let missing = format!("line 1: missing column `{}/residual`", names[0]);
     for (text, said) in [
         (&good, "end before every channel is watched"),
         (&all_but_one, missing.as_str()),
