@@ -12,11 +12,11 @@ use crate::binary::{Outcome, repository, run};
 
 const STEPS: u64 = 6000;
 
-/// A copy of the small mast's configurations, into which thresholds are written.
+/// A copy of the configurations of tower and small mast, into which thresholds are written.
 pub(crate) fn small_mast() -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
-    fs::create_dir(copy.path().join("small")).unwrap();
-    for folder in ["", "small"] {
+    for folder in ["", "small", "tower", "thresholds"] {
+        fs::create_dir_all(copy.path().join(folder)).unwrap();
         for entry in fs::read_dir(repository("configs").join(folder)).unwrap() {
             let file = entry.unwrap().path();
             if file.is_file() {

@@ -90,7 +90,7 @@ fn calibrate_and_commission_take_the_recording_and_its_tables_alike() {
         let arguments = [&["calibrate", &modules[0], &modules[1], "--recorded"], recorded].concat();
         run(&arguments).succeeds();
         ["module1", "module2"].map(|name| {
-            let text = fs::read_to_string(module(&format!("{name}.thresholds.toml"))).unwrap();
+            let text = fs::read_to_string(module(&format!("thresholds/{name}.toml"))).unwrap();
             toml::from_str::<Thresholds>(&text).unwrap().thresholds
         })
     };
