@@ -1,9 +1,13 @@
 //! `trusswatch follow`: prints verdicts, kinds of faults, phases and presence as they are published, one line each.
 
+use std::time::Duration;
+
 use observer::{EventLine, Live, News, ObservedEvent};
 use serde::Serialize;
 use serde_json::json;
 use shell::shutdown::{self, ShutdownFlags};
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::timeout;
 use vocabulary::StructureName;
 
 use crate::failure::Failure;
@@ -11,6 +15,9 @@ use crate::link::{self, Link};
 use crate::output;
 use crate::paint::{Paint, tone_colour};
 use vocabulary::words::{NOTHING, utc};
+
+/// How long the last lines may take once the process is to end.
+const LAST_LINES: Duration = Duration::from_millis(500);
 
 /// Print events as they happen, one line each, until interrupted
 ///
@@ -35,24 +42,50 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
     let link = &arguments.link.target()?;
     let session = link.open().await?;
     let mut live = Live::events(&session, link.structure.clone()).await?;
+    let (lines, mut printed) = printer();
     let outcome = loop {
         let event = tokio::select! {
             event = live.next_event() => event,
             () = shutdown.requested() => break Ok(()),
+            done = &mut printed => break done.unwrap_or(Ok(())),
         };
         let Some(event) = event else {
             break Err(Failure::network("the session was closed".to_owned()));
         };
-        if let Err(failure) = print(arguments.json, link.structure.is_none(), &event) {
-            break Err(failure);
+        let text = text(arguments.json, link.structure.is_none(), &event)?;
+        tokio::select! {
+            // Only an error ends the printer before its queue; it is reported in the next round.
+            _ = lines.send(text) => {}
+            () = shutdown.requested() => break Ok(()),
         }
     };
     session::close(&session).await;
+    drop(lines);
+    if !printed.is_terminated()
+        && let Ok(Ok(Err(failure))) = timeout(LAST_LINES, printed).await
+    {
+        return Err(failure);
+    }
     outcome
 }
 
-fn print(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<(), Failure> {
-    output::print(&if json {
+/// Prints on a thread of its own: standard output may stall, which must not keep the process from ending.
+fn printer() -> (mpsc::Sender<String>, oneshot::Receiver<Result<(), Failure>>) {
+    let (lines, mut queue) = mpsc::channel::<String>(1);
+    let (done, printed) = oneshot::channel();
+    std::thread::spawn(move || {
+        let mut outcome = Ok(());
+        while let (Ok(()), Some(text)) = (&outcome, queue.blocking_recv()) {
+            outcome = output::print(&text);
+        }
+        // At the end of the process nobody receives it.
+        let _ = done.send(outcome);
+    });
+    (lines, printed)
+}
+
+fn text(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<String, Failure> {
+    Ok(if json {
         output::line(&document(event))?
     } else {
         line(&EventLine::of(event), names_structure, Paint::of_stdout()) + "\n"

@@ -25,12 +25,25 @@ struct VersionedDocument<'a, D> {
 
 /// The object on several lines, with a line end.
 pub(crate) fn text<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
-    Ok(serde_json::to_string_pretty(&VersionedDocument { v: VERSION, document })? + "\n")
+    Ok(escaped(serde_json::to_string_pretty(&VersionedDocument { v: VERSION, document })?) + "\n")
 }
 
 /// The object on one line, with a line end.
 pub(crate) fn line<D: Serialize>(document: &D) -> Result<String, serde_json::Error> {
-    Ok(serde_json::to_string(&VersionedDocument { v: VERSION, document })? + "\n")
+    Ok(escaped(serde_json::to_string(&VersionedDocument { v: VERSION, document })?) + "\n")
+}
+
+/// Terminals obey the control characters U+007F to U+009F, which JSON permits in strings unescaped.
+fn escaped(json: String) -> String {
+    let is_control = |c: char| ('\u{7f}'..='\u{9f}').contains(&c);
+    if !json.contains(is_control) {
+        return json;
+    }
+    let escape = |c: char| match is_control(c) {
+        true => format!("\\u{:04x}", u32::from(c)),
+        false => c.to_string(),
+    };
+    json.chars().map(escape).collect()
 }
 
 #[derive(Serialize)]
@@ -55,6 +68,16 @@ mod tests {
     #[serde(tag = "news", rename_all = "snake_case")]
     enum News {
         Lost { count: u64 },
+    }
+
+    #[test]
+    fn control_characters_are_escaped_and_read_back() {
+        let note = json!({ "note": "\u{9b}31m\u{7f} µ\u{1b}" });
+        for json in [text(&note).unwrap(), line(&note).unwrap()] {
+            assert!(json.contains("\\u009b31m\\u007f µ\\u001b"), "{json}");
+            let read: Value = serde_json::from_str(&json).unwrap();
+            assert_eq!(read["note"], note["note"]);
+        }
     }
 
     #[test]

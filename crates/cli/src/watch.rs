@@ -34,6 +34,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
              `trusswatch faults` prints what is the case now",
         ));
     }
+    if std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb") {
+        return Err(Failure::usage(
+            "the terminal has no cursor control (TERM=dumb); `trusswatch follow` prints events line by line, and \
+             `trusswatch faults` prints what is the case now",
+        ));
+    }
     let target = arguments.link.target()?;
     let settings = settings(arguments, &target)?;
     let open = move || {

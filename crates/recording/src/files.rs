@@ -206,7 +206,7 @@ impl RecordingFiles {
 
     fn open(&mut self, now_unix_ns: u64) -> Result<Present, RecordingError> {
         let room = self.limits.quota_bytes.saturating_sub(self.limits.file_bytes);
-        let kept = quota::keep(&self.directory, &self.name, room);
+        let kept = quota::keep(&self.directory, &self.name, room, &self.begun);
         self.deleted
             .extend(kept.map_err(|error| RecordingError::writing(&self.directory, &error))?);
         let mut writer = self.create(now_unix_ns)?;

@@ -23,8 +23,9 @@ fn is_ours(name: &str, file: &str) -> bool {
         .is_some_and(|rest| rest.len() == FORM.len() && rest.bytes().zip(FORM.bytes()).all(fits))
 }
 
-/// Recordings of this name with their lengths \[bytes\], the oldest first.
-fn recordings(directory: &Path, name: &str) -> io::Result<Vec<(PathBuf, u64)>> {
+/// Recordings of this name with their lengths \[bytes\], the oldest first: those of earlier recorders by name, then
+/// those that this one has `begun`, in that order, because the clock may have been set back.
+fn recordings(directory: &Path, name: &str, begun: &[PathBuf]) -> io::Result<Vec<(PathBuf, u64)>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
@@ -34,14 +35,20 @@ fn recordings(directory: &Path, name: &str) -> io::Result<Vec<(PathBuf, u64)>> {
             found.push((entry.path(), metadata.len()));
         }
     }
-    found.sort();
+    let place = |file: &PathBuf| begun.iter().position(|known| known == file);
+    found.sort_by_cached_key(|(file, _)| (place(file), file.clone()));
     Ok(found)
 }
 
 /// Deletes the oldest recordings of this name, as far as nobody writes them, until those that there are take no more
-/// than the quota \[bytes\]. Returns what was deleted.
-pub(crate) fn keep(directory: &Path, name: &str, quota: u64) -> io::Result<Vec<PathBuf>> {
-    let recordings = recordings(directory, name)?;
+/// than the quota \[bytes\]. This recorder has `begun` some of them. Returns what was deleted.
+pub(crate) fn keep(
+    directory: &Path,
+    name: &str,
+    quota: u64,
+    begun: &[PathBuf],
+) -> io::Result<Vec<PathBuf>> {
+    let recordings = recordings(directory, name, begun)?;
     let mut total: u64 = recordings.iter().map(|(_, length)| length).sum();
     let mut deleted = Vec::new();
     for (file, length) in recordings {
@@ -67,6 +74,22 @@ fn is_being_written(file: &Path) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn after_a_clock_set_back_the_newest_stay() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = |time_unix_s: u64, number| {
+            let file = directory.path().join(file_name("t", time_unix_s * 1_000_000_000, number));
+            fs::write(&file, [0; 100]).unwrap();
+            file
+        };
+        let (earlier, first, set_back) = (file(5000, 1), file(9000, 1), file(2000, 2));
+        let begun = [first.clone(), set_back.clone()];
+        let keep = |quota| keep(directory.path(), "t", quota, &begun).unwrap();
+        assert_eq!(keep(200), [earlier]);
+        assert_eq!(keep(100), [first]);
+        assert!(set_back.exists());
+    }
 
     #[test]
     fn names_sort_by_time_and_are_told_from_others() {

@@ -2,7 +2,8 @@
 //!
 //! A [`Collection`] takes recorded messages and sorts them by module. A [`ProcessCourse`] is what one process of a module took,
 //! in order; [`replay`] leads it through a diagnoser and compares what comes of it with what was recorded.
-//! [`together`](fn@together) runs all modules on the recorded samples with other settings.
+//! [`together`](fn@together) runs all modules on the recorded samples with other settings; a [`ResidualReplay`] gives
+//! residuals at every step.
 
 mod collection;
 mod comparison;
@@ -12,6 +13,7 @@ mod difference;
 mod joint;
 mod part;
 mod player;
+mod residuals;
 mod samples;
 mod settings;
 mod shortfall;
@@ -23,6 +25,7 @@ pub use difference::Difference;
 pub use joint::together;
 pub use part::{Beginnings, PartError, ReplayPart};
 pub use player::{Replayed, ReplayedTransition, replay};
+pub use residuals::ResidualReplay;
 pub use samples::{SampleHead, Samples};
 pub use settings::ReplaySettings;
 pub use shortfall::Shortfall;

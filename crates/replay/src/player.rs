@@ -65,10 +65,8 @@ pub(crate) fn is_of_consequence(
 /// # Errors
 /// A setup that no diagnoser can be made of.
 pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed, Shortfall> {
-    let diagnoser = Diagnoser::new(course.setup.clone()).map_err(|problems| {
-        let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
-        Shortfall::Configuration(problems.join("; "))
-    })?;
+    let diagnoser =
+        Diagnoser::new(course.setup.clone()).map_err(|problems| Shortfall::of_setup(&problems))?;
     let mut player = Player {
         record,
         diagnoser,

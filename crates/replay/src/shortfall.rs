@@ -43,6 +43,14 @@ pub enum Shortfall {
     },
 }
 
+impl Shortfall {
+    /// No diagnoser can be made of a setup.
+    pub(crate) fn of_setup(problems: &[diagnosis::SetupError]) -> Shortfall {
+        let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+        Shortfall::Configuration(problems.join("; "))
+    }
+}
+
 impl fmt::Display for Shortfall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -1,13 +1,13 @@
 //! Recordings of runs: the residuals of every channel at every step, with the true faults.
 //!
 //! A recording is a table (CSV) with a header row. Columns: `step`; `fault`, the path of the component that is faulty
-//! at this step, or empty; then one column per component, named by its path, with its residual (\[N\] for an actuator,
-//! \[m\] for a gage). Numbers are written with full precision.
+//! at this step, or empty; then one column per component, `module1/actuator/a1/residual`, with its residual (\[N\] for
+//! an actuator, \[m\] for a gage). Numbers are written with full precision.
 
 use std::io::{self, Write};
 
 use diagnosis::Diagnoser;
-use vocabulary::{ComponentPath, Step};
+use vocabulary::{Component, ComponentPath, Signal, Step};
 
 use crate::campaign::Campaign;
 use crate::case::CaseRun;
@@ -56,8 +56,11 @@ pub fn export<C: Campaign>(
 
 fn heading(rig: &Rig) -> impl Iterator<Item = String> {
     let paths = |diagnoser: &Diagnoser| {
-        let path = |component| format!("{}/{component}", diagnoser.module());
-        diagnoser.components().iter().map(path).collect::<Vec<_>>()
+        let column = |component: &Component| {
+            let (module, component) = (diagnoser.module().clone(), component.clone());
+            Signal::Residual.column(&ComponentPath { module, component })
+        };
+        diagnoser.components().iter().map(column).collect::<Vec<_>>()
     };
     let names = ["step", "fault"].map(str::to_owned);
     names.into_iter().chain(rig.diagnosers().iter().flat_map(paths))

@@ -4,7 +4,7 @@ use crate::tower;
 use diagnosis::divergence::DivergenceBank;
 use diagnosis::{ModuleSetup, Monitor, Observation, Rule};
 use study::{RecordedChange, export};
-use vocabulary::{Component, ComponentPath, Step};
+use vocabulary::{Component, ComponentPath, Signal, Step};
 
 /// The scenario with a hard-over.
 const HARD_OVER: u64 = 3;
@@ -30,7 +30,8 @@ fn changes_of(setup: &ModuleSetup, recording: &ResidualRecording) -> Vec<Recorde
         component: component.clone(),
     };
     let place = |c: &Component| {
-        recording.names.iter().position(|name| *name == path(c).to_string()).unwrap()
+        let column = Signal::Residual.column(&path(c));
+        recording.names.iter().position(|name| *name == column).unwrap()
     };
     let places: Vec<usize> = components.iter().map(place).collect();
     let mut bank =
@@ -85,7 +86,7 @@ fn the_truth_stands_beside_every_step() {
     let (record, _) = export(&campaign, HARD_OVER, &mut bytes).unwrap();
     let injection = record.injection.unwrap();
     let recording = read(&bytes);
-    assert_eq!(recording.names[..3], ["step", "fault", "module1/actuator/a1"]);
+    assert_eq!(recording.names[..3], ["step", "fault", "module1/actuator/a1/residual"]);
     assert_eq!(recording.names.len(), 2 + 2 * 12);
     for (row, step) in recording.rows.iter().zip(0..) {
         let faulty =

@@ -67,7 +67,7 @@ pub enum DecodeError {
     #[error("unknown version {0}; this side reads version {VERSION}")]
     UnknownVersion(String),
     /// The right version, but not the message expected.
-    #[error("not a {what}: {reason}")]
+    #[error("invalid {what}: {reason}")]
     WrongMessage {
         /// The message expected.
         what: &'static str,

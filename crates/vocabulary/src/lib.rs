@@ -64,6 +64,7 @@ mod refusal;
 mod sample;
 mod schema;
 mod shelving;
+mod signal;
 mod state;
 mod status;
 mod step;
@@ -110,6 +111,7 @@ pub use refusal::Refused;
 pub use sample::Sample;
 pub use schema::schema;
 pub use shelving::{Aside, SHELVING_SECONDS, Shelving, Span};
+pub use signal::Signal;
 pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
     CounterMetric, Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus,

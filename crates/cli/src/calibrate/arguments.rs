@@ -22,10 +22,12 @@ pub(super) enum Method {
 ///
 /// The modules' own configurations say which detection the thresholds are for and into which file they
 /// are written. The data are simulated: each run has a plant of its own, with another wind and other
-/// loads, and differs from the nominal model by up to the mismatch. Or they are recorded: tables
-/// (CSV, or what a logger exports) of residuals with a header row, a column for each component of a module, named like
-/// `module1/sensor/g5`, and possibly one of steps or times; each row is one step, each file a
-/// run. A row without all values of a module is a gap of the module.
+/// loads, and differs from the nominal model by up to the mismatch. Or they are recorded: files of
+/// `trusswatch record` (MCAP), of which several are one recording, or tables of residuals (of `trusswatch export
+/// --residuals`, CSV, or what a logger exports) with a header row, a column for each component of a module, named
+/// `module1/sensor/g5/residual` or `module1/sensor/g5`, and possibly one of steps or times; each row is one step, each
+/// file a run. With one configuration, the module's name may be left out. A row without all values of a module is a gap
+/// of the module.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Configurations of the diagnosers, one for each equipped module, in the order of the structure
@@ -46,10 +48,10 @@ pub(crate) struct Arguments {
         allow_hyphen_values = true
     )]
     false_alarms_per_hour: Option<f64>,
-    /// Recorded residuals instead of simulated runs
+    /// Recorded data instead of simulated runs
     #[arg(
         long,
-        value_name = "FILE.csv",
+        value_name = "FILE.csv|FILE.mcap",
         num_args = 1..,
         conflicts_with_all = ["plant", "runs", "seconds", "first_seed", "mismatch", "jobs"]
     )]

@@ -1,13 +1,14 @@
 //! Which columns of a recording belong to which channels.
 
 use study::{ResidualRecording, StepOrder};
-use vocabulary::ComponentPath;
+use vocabulary::{ComponentPath, Signal};
 
 /// The columns of a recording: the channels of some modules.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct ChannelColumns {
     /// Places of the modules whose channels are there, rising, with how many channels they have.
     modules: Vec<(usize, usize)>,
+    names: Vec<String>,
 }
 
 impl ChannelColumns {
@@ -19,33 +20,38 @@ impl ChannelColumns {
         header: &[String],
         channels: &[Vec<ComponentPath>],
     ) -> Result<ChannelColumns, String> {
-        let is_there = |path: &ComponentPath| header.contains(&path.to_string());
-        let mut modules = Vec::new();
+        let one_module = channels.len() == 1;
+        let find = |path: &ComponentPath| Signal::Residual.find(header, path, one_module);
+        let mut columns = ChannelColumns::default();
         for (place, paths) in channels.iter().enumerate() {
-            if !paths.iter().any(is_there) {
+            let found: Vec<Option<&String>> = paths.iter().map(find).collect();
+            if found.iter().all(Option::is_none) {
                 continue;
             }
-            if let Some(missing) = paths.iter().find(|path| !is_there(path)) {
+            if let Some((path, _)) = paths.iter().zip(&found).find(|(_, name)| name.is_none()) {
+                let missing = Signal::Residual.column(path);
                 return Err(format!(
                     "missing column `{missing}`; give all of a module's components"
                 ));
             }
-            modules.push((place, paths.len()));
+            columns.modules.push((place, paths.len()));
+            columns.names.extend(found.into_iter().flatten().cloned());
         }
-        if modules.is_empty() {
+        if columns.modules.is_empty() {
             let example = channels.iter().flatten().next();
-            let example = example.map_or_else(String::new, |path| format!(" like `{path}`"));
+            let example = example.map_or_else(String::new, |path| {
+                format!(" like `{}`", Signal::Residual.column(path))
+            });
             return Err(format!(
-                "no column is a component of the modules; name the columns by components{example}"
+                "no column is a residual of the modules; name the columns by components{example}"
             ));
         }
-        Ok(ChannelColumns { modules })
+        Ok(columns)
     }
 
     /// Their names, in the order of [`ChannelColumns::take`].
-    pub(super) fn names(&self, channels: &[Vec<ComponentPath>]) -> Vec<String> {
-        let of_modules = self.modules.iter().filter_map(|(place, _)| channels.get(*place));
-        of_modules.flatten().map(ToString::to_string).collect()
+    pub(super) fn names(&self) -> Vec<String> {
+        self.names.clone()
     }
 
     /// Gives each module its part of a row.
@@ -81,24 +87,24 @@ mod tests {
 
     fn find(header: &[&str]) -> Result<Vec<String>, String> {
         let header: Vec<String> = header.iter().map(ToString::to_string).collect();
-        ChannelColumns::find(&header, &channels()).map(|columns| columns.names(&channels()))
+        ChannelColumns::find(&header, &channels()).map(|columns| columns.names())
     }
 
     #[test]
     fn the_order_of_columns_does_not_matter_and_unknown_ones_are_left_out() {
-        let found = find(&["m2/sensor/g1", "note", "step", "m2/actuator/a1", ""]).unwrap();
-        assert_eq!(found, ["m2/actuator/a1", "m2/sensor/g1"]);
+        let header = ["m2/sensor/g1", "note", "step", "m2/actuator/a1/residual", ""];
+        assert_eq!(find(&header).unwrap(), ["m2/actuator/a1/residual", "m2/sensor/g1"]);
     }
 
     #[test]
     fn a_module_without_one_of_its_components_is_refused() {
         let error = find(&["m1/actuator/a1", "m1/sensor/g1", "m2/sensor/g1"]).unwrap_err();
-        assert!(error.contains("missing column `m2/actuator/a1`"), "{error}");
+        assert!(error.contains("missing column `m2/actuator/a1/residual`"), "{error}");
     }
 
     #[test]
     fn a_table_of_something_else_is_refused_with_an_example() {
         let error = find(&["step", "a1", "g1"]).unwrap_err();
-        assert!(error.contains("like `m1/actuator/a1`"), "{error}");
+        assert!(error.contains("like `m1/actuator/a1/residual`"), "{error}");
     }
 }

@@ -1,7 +1,6 @@
 //! Divergences of recorded residuals.
 
-use std::fs::File;
-use std::path::Path;
+use std::path::PathBuf;
 
 use daemon::config::Uncalibrated;
 use study::{Calibration, ResidualRecording};
@@ -10,10 +9,11 @@ use vocabulary::ComponentPath;
 use super::columns::ChannelColumns;
 use super::{NominalData, origin};
 use crate::csv_rows::{CsvRows, TableFlags};
+use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 
 pub(super) fn read(
-    files: &[impl AsRef<Path>],
+    files: &[PathBuf],
     flags: &TableFlags,
     modules: &[Uncalibrated],
 ) -> Result<NominalData, Failure> {
@@ -26,14 +26,28 @@ pub(super) fn read(
     let channels: Vec<Vec<ComponentPath>> = (modules.iter().zip(&recordings))
         .map(|(module, recording)| paths(module, recording))
         .collect();
-    for file in files {
-        read_file(file.as_ref(), flags, &channels, &mut recordings)?;
+    let (recorded, tables): (Vec<PathBuf>, Vec<PathBuf>) =
+        files.iter().cloned().partition(|file| is_recording(file));
+    let mut count = tables.len();
+    for file in &tables {
+        read_table(open_csv(file)?, flags, &channels, &mut recordings)?;
+    }
+    if !recorded.is_empty() {
+        let setups: Vec<_> = modules.iter().map(|module| &module.setup).collect();
+        let recorded = RecordedTables::read(&recorded, &setups)?;
+        for run in recorded.runs(flags.run)? {
+            count += setups.len();
+            for setup in &setups {
+                let table = recorded.residuals(&[setup], run)?;
+                read_table(table, flags, &channels, &mut recordings)?;
+            }
+        }
     }
     let calibration =
         Calibration { modules: recordings.into_iter().map(ResidualRecording::finish).collect() };
     check_watched(&calibration)?;
-    let names = files.iter().map(|file| file.as_ref().display().to_string()).collect();
-    let provenance = origin(None, names, files.len() as u64);
+    let names = files.iter().map(|file| file.display().to_string()).collect();
+    let provenance = origin(None, names, count as u64);
     Ok(NominalData { calibration, step_s, provenance })
 }
 
@@ -58,18 +72,16 @@ fn paths(module: &Uncalibrated, recording: &ResidualRecording) -> Vec<ComponentP
     recording.components().iter().map(path).collect()
 }
 
-fn read_file(
-    file: &Path,
+fn read_table(
+    (input, name): NamedTable,
     flags: &TableFlags,
     channels: &[Vec<ComponentPath>],
     recordings: &mut [ResidualRecording],
 ) -> Result<(), Failure> {
-    let name = file.display().to_string();
-    let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
     let mut columns = ChannelColumns::default();
-    let mut rows = CsvRows::open(Box::new(opened), name.clone(), flags, |header| {
+    let mut rows = CsvRows::open(input, name.clone(), flags, |header| {
         columns = ChannelColumns::find(header, channels)?;
-        Ok(Some(columns.names(channels)))
+        Ok(Some(columns.names()))
     })?;
     while let Some(row) = rows.next_row()? {
         if let Some(problem) = row.problem {
@@ -90,7 +102,8 @@ fn check_watched(calibration: &Calibration) -> Result<(), Failure> {
     let unwatched = calibration.modules.iter().find(|module| module.watched_steps == 0);
     unwatched.map_or(Ok(()), |module| {
         Err(Failure::input(format!(
-            "the recordings of module `{}` end before every channel is watched; record for longer",
+            "the recordings of module `{}` end before every channel is watched; record for longer, and give residuals at \
+             every step: `trusswatch export --residuals`",
             module.module
         )))
     })

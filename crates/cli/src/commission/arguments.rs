@@ -24,11 +24,13 @@ A module uses its reference once its configuration names it: reference = \"refer
 ///
 /// A reference is learnt from snippets: some seconds of all modules at a time, each under other weather and other
 /// loads, and while the cylinders move. What it was not taught under it cannot judge. Snippets are simulated: so many
-/// under the plant's weather, and two for each cylinder in which it pushes and pulls. Or they are recorded: each is a
-/// directory with a table (CSV) of samples for each module, `module1.csv`, with a header row and columns named like
-/// `module1/actuator/a1/demand_n`, `module1/actuator/a1/pressure_a_pa`, `module1/actuator/a1/pressure_b_pa` and
-/// `module1/sensor/g1/elongation_m`, and possibly one of steps or times; each row is one step, the same in all tables. A
-/// signal has no value where its cell is empty. The first 2.5 seconds of a recording are not used.
+/// under the plant's weather, and two for each cylinder in which it pushes and pulls. Or they are recorded: each is one
+/// run, a file of `trusswatch record` (MCAP), a directory of such files, or a directory with a table (CSV) of samples for
+/// each module, `module1.csv` or, as `trusswatch export` calls it, `module1-run-7.csv`. Such a table has a header row and
+/// columns named `module1/actuator/a1/demand_n`, `module1/actuator/a1/pressure_a_pa`,
+/// `module1/actuator/a1/pressure_b_pa` and `module1/sensor/g1/elongation_m` (the module's name may be left out), and
+/// possibly one of steps or times; each row is one step, the same in all tables. A signal has no value where its cell is
+/// empty. The first 2.5 seconds of a recording are not used.
 ///
 /// Writes the reference of each module and `snippets.jsonl`, to which later ones can be added.
 #[derive(Debug, clap::Args)]
@@ -37,10 +39,10 @@ pub(crate) struct Arguments {
     /// Configurations of the diagnosers, one for each equipped module
     #[arg(required = true, value_name = "MODULE.toml")]
     pub(super) modules: Vec<PathBuf>,
-    /// A recorded snippet instead of simulated ones; as often as there are
+    /// A recorded snippet instead of simulated ones, a directory or a file (MCAP); as often as there are
     #[arg(
         long = "recording",
-        value_name = "DIR",
+        value_name = "DIR|FILE.mcap",
         conflicts_with_all = [
             "plant", "snippets", "seconds", "stroke_n", "seed", "mismatch", "plant_seed", "jobs"
         ]

@@ -1,7 +1,7 @@
 //! Which columns of a table of samples belong to which signals.
 
 use diagnosis::{Measurements, ModuleSetup};
-use vocabulary::{Component, RunId, Step};
+use vocabulary::{Component, ComponentPath, RunId, Signal, Step};
 
 /// The columns of a module's samples: demands, pressures and elongations.
 #[derive(Debug, Default)]
@@ -16,15 +16,17 @@ impl SignalColumns {
     /// # Errors
     /// In words, which of them is missing.
     pub(super) fn find(header: &[String], setup: &ModuleSetup) -> Result<SignalColumns, String> {
-        let signals = signals(setup);
-        if let Some(missing) = signals.iter().find(|name| !header.contains(name)) {
-            return Err(format!(
-                "missing column `{missing}`; give every signal of the module's components"
-            ));
-        }
+        let find = |(path, signal): (ComponentPath, Signal)| {
+            // The table is of this module by its file's name.
+            signal.find(header, &path, true).cloned().ok_or_else(|| {
+                let missing = signal.column(&path);
+                format!("missing column `{missing}`; give every signal of the module's components")
+            })
+        };
+        let names = signals(setup).into_iter().map(find).collect::<Result<_, _>>()?;
         let is_actuator = |component: &Component| matches!(component, Component::Actuator(_));
         let actuators = setup.components().iter().filter(|c| is_actuator(c)).count();
-        Ok(SignalColumns { actuators, names: signals })
+        Ok(SignalColumns { actuators, names })
     }
 
     /// Their names, in the order of [`SignalColumns::sample`].
@@ -48,15 +50,17 @@ impl SignalColumns {
 }
 
 /// Demands of all actuators, both pressures of each, elongations of all gages.
-fn signals(setup: &ModuleSetup) -> Vec<String> {
-    let components = setup.components();
-    let of = |component: &Component, signal: &str| format!("{}/{component}/{signal}", setup.module);
-    let (actuators, gages): (Vec<_>, Vec<_>) =
-        components.iter().partition(|component| matches!(component, Component::Actuator(_)));
-    let demands = actuators.iter().map(|actuator| of(actuator, "demand_n"));
-    let pressures = actuators
-        .iter()
-        .flat_map(|actuator| ["pressure_a_pa", "pressure_b_pa"].map(|signal| of(actuator, signal)));
-    let elongations = gages.iter().map(|gage| of(gage, "elongation_m"));
-    demands.chain(pressures).chain(elongations).collect()
+fn signals(setup: &ModuleSetup) -> Vec<(ComponentPath, Signal)> {
+    let path = |component| ComponentPath { module: setup.module.clone(), component };
+    let (actuators, gages): (Vec<ComponentPath>, Vec<ComponentPath>) = (setup.components())
+        .into_iter()
+        .map(path)
+        .partition(|path| matches!(path.component, Component::Actuator(_)));
+    let of = |paths: &[ComponentPath], signals: &[Signal]| -> Vec<(ComponentPath, Signal)> {
+        let each = paths.iter().flat_map(|p| signals.iter().map(|signal| (p.clone(), *signal)));
+        each.collect()
+    };
+    let demands = of(&actuators, &[Signal::Demand]);
+    let pressures = of(&actuators, &[Signal::PressureA, Signal::PressureB]);
+    [demands, pressures, of(&gages, &[Signal::Elongation])].concat()
 }

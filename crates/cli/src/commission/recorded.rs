@@ -1,6 +1,5 @@
-//! Snippets that were recorded: a directory each, with a table of samples for each module.
+//! Snippets that were recorded: a recording each, or a directory with a table of samples for each module.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use diagnosis::ModuleSetup;
@@ -9,6 +8,7 @@ use study::commissioning::WindowCollector;
 
 use super::columns::SignalColumns;
 use crate::csv_rows::{CsvRows, TableFlags};
+use crate::export::{NamedTable, tables_of_run};
 use crate::failure::Failure;
 
 /// What a recording is called.
@@ -23,26 +23,23 @@ pub(super) fn read(
     setups: &[ModuleSetup],
 ) -> Result<Vec<Snippet>, Failure> {
     let snippet = |directory: &PathBuf| {
-        let windows = |setup: &ModuleSetup| {
-            read_table(&directory.join(format!("{}.csv", setup.module)), flags, setup)
-        };
-        let modules = setups.iter().map(windows).collect::<Result<_, _>>()?;
+        let tables = tables_of_run(directory, setups, flags.run)?;
+        let windows = |(setup, table)| read_table(table, flags, setup);
+        let modules = setups.iter().zip(tables).map(windows).collect::<Result<_, _>>()?;
         Ok(Snippet { label: label(directory), modules })
     };
     directories.iter().map(snippet).collect()
 }
 
 fn read_table(
-    file: &Path,
+    (input, name): NamedTable,
     flags: &TableFlags,
     setup: &ModuleSetup,
 ) -> Result<Vec<WindowMeans>, Failure> {
-    let name = file.display().to_string();
-    let opened = File::open(file).map_err(|error| Failure::unreadable(file, error))?;
     let mut collector =
         WindowCollector::new(setup).map_err(|error| Failure::input(error.to_string()))?;
     let mut columns = SignalColumns::default();
-    let mut rows = CsvRows::open(Box::new(opened), name.clone(), flags, |header| {
+    let mut rows = CsvRows::open(input, name.clone(), flags, |header| {
         columns = SignalColumns::find(header, setup)?;
         Ok(Some(columns.names()))
     })?;

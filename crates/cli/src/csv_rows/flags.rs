@@ -1,5 +1,7 @@
 //! What may be said about the form of a table. Nothing need be.
 
+use vocabulary::RunId;
+
 use super::number::DecimalMark;
 
 /// How tables are read. Delimiter, decimal mark, header and units are recognised where these flags do not say them.
@@ -29,6 +31,9 @@ pub(crate) struct TableFlags {
     /// text or an infinite number in a channel, or too few or too many fields
     #[arg(long)]
     pub(crate) skip_bad: bool,
+    /// Only this run of a recording (MCAP), or of the tables that `export` made of one
+    #[arg(long, value_name = "RUN", value_parser = run)]
+    pub(crate) run: Option<RunId>,
 }
 
 impl TableFlags {
@@ -49,10 +54,18 @@ impl TableFlags {
         if let Some(column) = &self.time {
             flag("--time", format!("{column:?}"));
         }
+        if let Some(run) = self.run {
+            flag("--run", run.to_string());
+        }
         words.extend(self.units_row.then(|| "--units-row".to_owned()));
         words.extend(self.skip_bad.then(|| "--skip-bad".to_owned()));
         words
     }
+}
+
+fn run(text: &str) -> Result<RunId, String> {
+    let number = text.parse().map_err(|_| "use the number of a run, a whole number")?;
+    Ok(RunId(number))
 }
 
 fn delimiter(text: &str) -> Result<u8, String> {

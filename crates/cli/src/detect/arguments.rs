@@ -27,8 +27,10 @@ use crate::csv_rows::TableFlags;
 /// steps is filled, after a long one the channel is learnt anew.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Table with a header row; `-` reads standard input
-    pub(super) file: PathBuf,
+    /// Table with a header row; `-` reads standard input. Or, with --config, files of `trusswatch record` (MCAP), of
+    /// which several are one recording: the diagnosers' residuals are computed from its samples
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
     /// Samples in a vector, 1 to 256
     #[arg(long, value_name = "W", default_value = "10", value_parser = window, allow_hyphen_values = true)]
     window: usize,
@@ -39,8 +41,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "M", default_value = "2000", value_parser = interval, allow_hyphen_values = true)]
     interval: usize,
     /// Take the settings of the columns from a diagnoser's configuration, as often as there are
-    /// modules. Columns are then named by the paths of components, `module1/actuator/a1`; other
-    /// columns are left out. The first row counts as the first step of a run. Changes that leave the
+    /// modules. Columns are then residuals of components, `module1/actuator/a1/residual` or
+    /// `module1/actuator/a1`, with one module also without its name; other columns are left out. The first row counts as the first step of a run. Changes that leave the
     /// interval are listed like others
     #[arg(
         long = "config",

@@ -6,7 +6,7 @@ use daemon::config::load_diagnoser;
 use diagnosis::ModuleSetup;
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::residual::longest_gap_of_structure;
-use vocabulary::{ComponentPath, ModuleName};
+use vocabulary::{ComponentPath, Signal};
 
 use crate::failure::Failure;
 
@@ -47,11 +47,11 @@ pub(super) struct ChannelGroup {
     pub(super) channels: Vec<Tuning>,
 }
 
-/// The channels of a module, and the names of their columns.
-#[derive(Debug, Clone, PartialEq)]
+/// The channels of a module.
+#[derive(Debug, Clone)]
 pub(super) struct ModuleChannels {
-    name: ModuleName,
-    pub(super) columns: Vec<String>,
+    pub(super) setup: ModuleSetup,
+    pub(super) components: Vec<ComponentPath>,
     group: ChannelGroup,
 }
 
@@ -83,10 +83,11 @@ impl DetectionPlan {
     }
 
     /// Each channel as in its module's configuration.
-    pub(super) fn of_modules(modules: Vec<ModuleChannels>) -> DetectionPlan {
-        let names: Vec<_> = modules.iter().map(|module| format!("`{}`", module.name)).collect();
+    pub(super) fn of_modules(modules: &[ModuleChannels]) -> DetectionPlan {
+        let names: Vec<_> =
+            modules.iter().map(|module| format!("`{}`", module.setup.module)).collect();
         let words = format!("settings and thresholds of {}", names.join(", "));
-        DetectionPlan { groups: modules.into_iter().map(|module| module.group).collect(), words }
+        DetectionPlan { groups: modules.iter().map(|module| module.group.clone()).collect(), words }
     }
 
     /// Can anything count as a change?
@@ -107,12 +108,12 @@ pub(super) fn load(
 ) -> Result<Vec<ModuleChannels>, Failure> {
     let mut modules: Vec<ModuleChannels> = Vec::new();
     for file in files {
-        let module = ModuleChannels::new(&load_diagnoser(file)?.module_setup());
-        if modules.iter().any(|earlier| earlier.name == module.name) {
+        let module = ModuleChannels::new(load_diagnoser(file)?.module_setup());
+        if modules.iter().any(|earlier| earlier.setup.module == module.setup.module) {
             return Err(Failure::usage(format!(
                 "{}: `{}` is given twice; give each module once",
                 file.display(),
-                module.name
+                module.setup.module
             )));
         }
         modules.push(module);
@@ -121,18 +122,39 @@ pub(super) fn load(
     if let Some(wanted) = wanted.filter(|_| !modules.is_empty()) {
         check_wanted(&modules, wanted)?;
         modules.iter_mut().for_each(|module| module.keep(wanted));
-        modules.retain(|module| !module.columns.is_empty());
+        modules.retain(|module| !module.components.is_empty());
     }
     Ok(modules)
 }
 
+/// The columns of the modules' residuals in a header row.
+///
+/// # Errors
+/// In words, which is missing.
+pub(super) fn columns(
+    modules: &[ModuleChannels],
+    header: &[String],
+) -> Result<Vec<String>, String> {
+    let find = |path: &ComponentPath| {
+        let found = Signal::Residual.find(header, path, modules.len() == 1).cloned();
+        found.ok_or_else(|| {
+            let known: Vec<_> = header.iter().map(|name| format!("`{name}`")).collect();
+            let (missing, known) = (Signal::Residual.column(path), known.join(", "));
+            format!("missing column `{missing}`; the header has {known}")
+        })
+    };
+    modules.iter().flat_map(|module| &module.components).map(find).collect()
+}
+
 fn check_wanted(modules: &[ModuleChannels], wanted: &[String]) -> Result<(), Failure> {
-    let known = |name: &str| modules.iter().any(|module| module.columns.iter().any(|c| c == name));
-    let Some(unknown) = wanted.iter().map(|name| name.trim()).find(|name| !known(name)) else {
+    let all = modules.iter().flat_map(|module| &module.components).map(ToString::to_string);
+    let all: Vec<String> = all.collect();
+    let Some(unknown) =
+        wanted.iter().map(|name| name.trim()).find(|name| !all.iter().any(|c| c == name))
+    else {
         return Ok(());
     };
-    let all = modules.iter().flat_map(|module| &module.columns);
-    let all: Vec<_> = all.map(|column| format!("`{column}`")).collect();
+    let all: Vec<_> = all.iter().map(|column| format!("`{column}`")).collect();
     Err(Failure::usage(format!(
         "no module given has a component `{unknown}`; use {}",
         all.join(", ")
@@ -140,17 +162,14 @@ fn check_wanted(modules: &[ModuleChannels], wanted: &[String]) -> Result<(), Fai
 }
 
 impl ModuleChannels {
-    fn new(setup: &ModuleSetup) -> ModuleChannels {
-        let module = setup.structure.module(&setup.module);
-        let components = module.into_iter().flat_map(|module| module.components());
+    fn new(setup: ModuleSetup) -> ModuleChannels {
         let path = |component| ComponentPath { module: setup.module.clone(), component };
         let tunings = setup.prior_scatters().into_iter().zip(&setup.thresholds);
         let channels = tunings
             .map(|(prior_scatter, &threshold)| Tuning { prior_scatter, threshold })
             .collect();
         ModuleChannels {
-            name: setup.module.clone(),
-            columns: components.map(|component| path(component).to_string()).collect(),
+            components: setup.components().into_iter().map(path).collect(),
             group: ChannelGroup {
                 settings: setup.detection.divergence,
                 warm_up: setup.detection.warm_up_vectors,
@@ -163,14 +182,18 @@ impl ModuleChannels {
                 marks_leaving: false,
                 channels,
             },
+            setup,
         }
     }
 
-    /// Leaves out the columns that are not wanted.
+    /// Leaves out the components that are not wanted.
     fn keep(&mut self, wanted: &[String]) {
-        let is_wanted = |column: &String| wanted.iter().any(|name| name.trim() == column);
-        let mut kept = self.columns.iter().map(is_wanted);
+        let is_wanted = |path: &ComponentPath| {
+            let path = path.to_string();
+            wanted.iter().any(|name| name.trim() == path)
+        };
+        let mut kept = self.components.iter().map(is_wanted);
         self.group.channels.retain(|_| kept.next() == Some(true));
-        self.columns.retain(is_wanted);
+        self.components.retain(is_wanted);
     }
 }

@@ -7,33 +7,33 @@ mod leaving;
 mod report;
 mod tally;
 
-use std::fs::File;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use crate::csv_rows::CsvRows;
+use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 
 pub(crate) use arguments::Arguments;
-use channels::DetectionPlan;
+use channels::{DetectionPlan, ModuleChannels};
 use detector::TableDetector;
 use report::DetectionReport;
 use tally::TableTally;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let modules = channels::load(&arguments.modules, arguments.columns.as_deref())?;
-    let columns = match &modules[..] {
-        [] => arguments.columns.clone(),
-        modules => Some(modules.iter().flat_map(|module| module.columns.clone()).collect()),
-    };
-    let (input, name) = open(&arguments.file)?;
-    let rows = CsvRows::open(input, name, &arguments.table, |_| Ok(columns.clone()))?;
-    let plan = match &modules[..] {
-        [] => DetectionPlan::alike(arguments.group(rows.channels().len())),
-        _ => DetectionPlan::of_modules(modules),
+    let (input, name) = open(arguments, &modules)?;
+    let rows = CsvRows::open(input, name, &arguments.table, |header| match &modules[..] {
+        [] => Ok(arguments.columns.clone()),
+        modules => channels::columns(modules, header).map(Some),
+    })?;
+    let components = modules.iter().flat_map(|module| &module.components).map(ToString::to_string);
+    let (plan, channels) = match &modules[..] {
+        [] => (DetectionPlan::alike(arguments.group(rows.channels().len())), rows.channels()),
+        _ => (DetectionPlan::of_modules(&modules), components.collect()),
     };
     let mut out = io::BufWriter::new(io::stdout().lock());
-    let judged = judge(arguments, &plan, rows, &mut out);
+    let judged = judge(arguments, &plan, (rows, &channels), &mut out);
     // What was found up to a mistake is printed before the mistake.
     out.flush()?;
     judged
@@ -42,12 +42,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn judge(
     arguments: &Arguments,
     plan: &DetectionPlan,
-    mut rows: CsvRows,
+    (mut rows, channels): (CsvRows, &[String]),
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    let channels = rows.channels();
     let mut detector = TableDetector::new(plan)?;
-    let mut report = DetectionReport { arguments, plan, channels: &channels, out };
+    let mut report = DetectionReport { arguments, plan, channels, out };
     let mut tally = TableTally::new(channels.len());
     while let Some(row) = rows.next_row()? {
         let usable = row.problem.is_none();
@@ -63,18 +62,33 @@ fn judge(
     }
     report.end(rows.name(), &tally)?;
     rows.print_remarks();
-    warn_on_stderr(rows.name(), &channels, &tally);
+    warn_on_stderr(rows.name(), channels, &tally);
     tally.check_judged(rows.name(), plan)
 }
 
-fn open(file: &Path) -> Result<(Box<dyn Read>, String), Failure> {
-    if file == Path::new("-") {
-        return Ok((Box::new(io::stdin().lock()), "standard input".to_owned()));
-    }
-    let name = file.display().to_string();
-    match File::open(file) {
-        Ok(opened) => Ok((Box::new(opened), name)),
-        Err(error) => Err(Failure::unreadable(file, error)),
+fn open(arguments: &Arguments, modules: &[ModuleChannels]) -> Result<NamedTable, Failure> {
+    let files = &arguments.files;
+    match &files[..] {
+        [file] if file == Path::new("-") => {
+            Ok((Box::new(io::stdin().lock()), "standard input".to_owned()))
+        }
+        [file] if !is_recording(file) => open_csv(file),
+        _ => {
+            if let Some(table) = files.iter().find(|file| !is_recording(file)) {
+                let table = table.display();
+                let problem = "give one table, or several files of one recording (MCAP)";
+                return Err(Failure::usage(format!(
+                    "`{table}` is one of several files; {problem}"
+                )));
+            }
+            if modules.is_empty() {
+                let problem = "of a recording, residuals are watched: give the module's --config";
+                return Err(Failure::usage(problem));
+            }
+            let setups: Vec<_> = modules.iter().map(|module| &module.setup).collect();
+            let recorded = RecordedTables::read(files, &setups)?;
+            recorded.residuals(&setups, recorded.one_run(arguments.table.run)?)
+        }
     }
 }
 

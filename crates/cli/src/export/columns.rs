@@ -1,90 +1,79 @@
-//! The columns of a module's table, and the table as CSV.
+//! The columns and rows of a module's table.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
-use std::path::Path;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use ::replay::ModuleRecord;
-use diagnosis::ModuleSetup;
-use vocabulary::Component;
+use ::replay::{ModuleRecord, ResidualReplay, Shortfall};
+use diagnosis::{Measurements, ModuleSetup};
+use vocabulary::{Component, ComponentPath, Divergences, RunId, Signal, Step};
 
 /// A row; NaN marks a missing value.
-pub(super) struct TableRow {
+pub(crate) struct TableRow {
     /// The step.
     pub(super) step: u64,
     /// When its sample was published \[ns since 1970\].
     pub(super) published_ns: u64,
-    /// The values in the order of [`TableColumns::values`].
+    /// The values in the order of [`TableColumns::names`].
     pub(super) values: Vec<f64>,
 }
 
 /// The columns of a table.
-pub(super) struct TableColumns {
+struct TableColumns {
     step_s: Option<f64>,
-    actuators: Vec<String>,
-    gages: Vec<String>,
+    actuators: Vec<ComponentPath>,
+    gages: Vec<ComponentPath>,
     /// The components of residuals and divergences.
-    channels: Vec<Component>,
+    channels: Vec<ComponentPath>,
 }
 
 impl TableColumns {
-    /// Columns named according to the configuration; without it, numbered from 1 in the order of the samples.
-    pub(super) fn new(
+    /// Columns named according to the setup; without one, numbered from 1 in the order of the samples.
+    fn new(
         record: &ModuleRecord,
-        sample: Option<usize>,
+        sample: Option<&Measurements>,
         setup: Option<&ModuleSetup>,
+        channels: Vec<Component>,
     ) -> Self {
-        let first = sample.and_then(|index| record.samples.get(index));
         let (demands, elongations) =
-            first.map_or((0, 0), |first| (first.demands_n.len(), first.elongations_m.len()));
+            sample.map_or((0, 0), |first| (first.demands_n.len(), first.elongations_m.len()));
+        let path =
+            |component: Component| ComponentPath { module: record.module.clone(), component };
         let components = setup.map(ModuleSetup::components).unwrap_or_default();
-        let (actuators, gages): (Vec<&Component>, Vec<&Component>) =
-            components.iter().partition(|c| matches!(c, Component::Actuator(_)));
-        let named = |components: Vec<&Component>, count: usize, kind: &str| -> Vec<String> {
+        let (actuators, gages): (Vec<Component>, Vec<Component>) =
+            components.into_iter().partition(|c| matches!(c, Component::Actuator(_)));
+        let named = |components: Vec<Component>, count: usize, kind: &str| -> Vec<ComponentPath> {
             if components.len() == count {
-                components.into_iter().map(column).collect()
-            } else {
-                (1..=count).map(|number| format!("{kind}_{number}")).collect()
+                return components.into_iter().map(path).collect();
             }
+            let numbered = (1..=count).map(|number| format!("{kind}/{number}").parse());
+            // A number is a name.
+            numbered.filter_map(Result::ok).map(path).collect()
         };
-        let mut channels: Vec<Component> = Vec::new();
-        for channel in record.divergences.iter().flat_map(|message| &message.channels) {
-            if !channels.contains(&channel.component) {
-                channels.push(channel.component.clone());
-            }
-        }
         Self {
             step_s: setup.map(|setup| setup.step_s),
             actuators: named(actuators, demands, "actuator"),
             gages: named(gages, elongations, "sensor"),
-            channels,
+            channels: channels.into_iter().map(path).collect(),
         }
     }
 
     /// The names of the values in a row.
-    pub(super) fn values(&self) -> Vec<String> {
-        let mut heading = vec!["time_s".to_owned()];
-        heading.extend(self.actuators.iter().map(|name| format!("{name}_demand_n")));
-        for name in &self.actuators {
-            heading.extend(["a", "b"].map(|chamber| format!("{name}_pressure_{chamber}_pa")));
+    fn names(&self) -> Vec<String> {
+        let mut names = vec!["time_s".to_owned()];
+        names.extend(self.actuators.iter().map(|path| Signal::Demand.column(path)));
+        for path in &self.actuators {
+            names.extend([Signal::PressureA, Signal::PressureB].map(|signal| signal.column(path)));
         }
-        heading.extend(self.gages.iter().map(|name| format!("{name}_elongation_m")));
-        for channel in self.channels.iter().map(column) {
-            heading.extend([format!("{channel}_residual"), format!("{channel}_divergence")]);
+        names.extend(self.gages.iter().map(|path| Signal::Elongation.column(path)));
+        for path in &self.channels {
+            names.extend([Signal::Residual, Signal::Divergence].map(|signal| signal.column(path)));
         }
-        heading
+        names
     }
 
-    pub(super) fn row(
-        &self,
-        record: &ModuleRecord,
-        index: usize,
-        divergences: Option<&vocabulary::Divergences>,
-    ) -> Option<TableRow> {
-        let sample = record.samples.get(index)?;
-        let published_ns = record.samples.head(index).map_or(0, |head| head.time_unix_ns);
-        let step = sample.step.0;
-        let mut row = vec![self.step_s.map_or(f64::NAN, |step_s| step as f64 * step_s)];
+    fn row(&self, sample: &Measurements, divergences: Option<&Divergences>) -> Vec<f64> {
+        let time_s = self.step_s.map_or(f64::NAN, |step_s| sample.step.0 as f64 * step_s);
+        let mut row = vec![time_s];
         let mut add = |values: &mut dyn Iterator<Item = f64>, count: usize| {
             // A sample with a different length must not shift the following columns.
             row.extend((0..count).map(|_| values.next().unwrap_or(f64::NAN)));
@@ -93,47 +82,100 @@ impl TableColumns {
         add(&mut sample.demands_n.iter().copied(), actuators);
         add(&mut sample.pressures_pa.iter().flatten().copied(), 2 * actuators);
         add(&mut sample.elongations_m.iter().copied(), self.gages.len());
-        for component in &self.channels {
-            let channels = divergences.map_or(&[][..], |message| &message.channels);
-            let channel = channels.iter().find(|channel| channel.component == *component);
+        let channels = divergences.map_or(&[][..], |message| &message.channels);
+        for (place, path) in self.channels.iter().enumerate() {
+            let is_its = |channel: &&vocabulary::Channel| channel.component == path.component;
+            let usual = channels.get(place).filter(is_its);
+            let channel = usual.or_else(|| channels.iter().find(is_its));
             let residual = channel.map_or(f64::NAN, |channel| channel.residual);
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
             row.extend([residual, divergence]);
         }
-        Some(TableRow { step, published_ns, values: row })
+        row
     }
 }
 
-/// The component's name in the form of an identifier.
-fn column(component: &Component) -> String {
-    component.to_string().replace(['/', '-', '.'], "_")
+/// Where residuals and divergences come from.
+enum Evidence {
+    /// They were published.
+    Published(BTreeMap<Step, Divergences>),
+    /// A diagnoser computes them at every step.
+    Replayed(Box<ResidualReplay>),
 }
 
-/// Writes a table: step, time and time of publication \[s\], then the other values by name.
-pub(super) fn write_csv(
-    file: &Path,
-    names: &[String],
-    rows: impl Iterator<Item = TableRow>,
-) -> io::Result<()> {
-    let mut out = csv::Writer::from_writer(BufWriter::new(File::create(file)?));
-    let (time, values) = names.split_at(1);
-    let first = ["step".to_owned(), time.concat(), "published_s".to_owned()];
-    out.write_record(first.iter().chain(values))?;
-    for TableRow { step, published_ns, values } in rows {
-        let (time, values) = values.split_at(1);
-        out.write_field(step.to_string())?;
-        out.write_field(time.iter().copied().map(number).collect::<String>())?;
-        let (whole, rest) = (published_ns / 1_000_000_000, published_ns % 1_000_000_000);
-        out.write_field(format!("{whole}.{rest:09}"))?;
-        for value in values {
-            out.write_field(number(*value))?;
+/// The rows of one run of a module.
+pub(crate) struct RunRows {
+    record: Arc<ModuleRecord>,
+    columns: TableColumns,
+    indices: std::vec::IntoIter<usize>,
+    evidence: Evidence,
+}
+
+impl RunRows {
+    /// The rows of a run with what was published.
+    pub(crate) fn published(
+        record: &Arc<ModuleRecord>,
+        run: RunId,
+        setup: Option<&ModuleSetup>,
+    ) -> Self {
+        let mut channels: Vec<Component> = Vec::new();
+        let mut messages = BTreeMap::new();
+        for message in record.divergences.iter().filter(|message| message.run == run) {
+            for channel in &message.channels {
+                if !channels.contains(&channel.component) {
+                    channels.push(channel.component.clone());
+                }
+            }
+            messages.insert(message.step, message.clone());
         }
-        out.write_record(None::<&[u8]>)?;
+        Self::new(record, run, setup, (channels, Evidence::Published(messages)))
     }
-    out.flush()
+
+    /// The rows of a run with residuals and divergences at every step, as a diagnoser of this setup computes them
+    /// from the first recorded step of the run.
+    ///
+    /// # Errors
+    /// A setup that no diagnoser can be made of.
+    pub(crate) fn replayed(
+        record: &Arc<ModuleRecord>,
+        run: RunId,
+        setup: &ModuleSetup,
+    ) -> Result<Self, Shortfall> {
+        let replay = ResidualReplay::new(record.structure.clone(), setup)?;
+        let evidence = (setup.components(), Evidence::Replayed(Box::new(replay)));
+        Ok(Self::new(record, run, Some(setup), evidence))
+    }
+
+    fn new(
+        record: &Arc<ModuleRecord>,
+        run: RunId,
+        setup: Option<&ModuleSetup>,
+        (channels, evidence): (Vec<Component>, Evidence),
+    ) -> Self {
+        let is_of_run = |index: &usize| record.samples.head(*index).is_some_and(|h| h.run == run);
+        let indices: Vec<usize> = (0..record.samples.len()).filter(is_of_run).collect();
+        let first = indices.first().and_then(|index| record.samples.get(*index));
+        let columns = TableColumns::new(record, first.as_ref(), setup, channels);
+        Self { record: Arc::clone(record), columns, indices: indices.into_iter(), evidence }
+    }
+
+    /// The names of the values in a row.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.columns.names()
+    }
 }
 
-/// The shortest text that parses to the same bits; empty if the value is not finite.
-fn number(value: f64) -> String {
-    if value.is_finite() { format!("{value:?}") } else { String::new() }
+impl Iterator for RunRows {
+    type Item = TableRow;
+
+    fn next(&mut self) -> Option<TableRow> {
+        let index = self.indices.next()?;
+        let sample = self.record.samples.get(index)?;
+        let published_ns = self.record.samples.head(index).map_or(0, |head| head.time_unix_ns);
+        let values = match &mut self.evidence {
+            Evidence::Published(messages) => self.columns.row(&sample, messages.get(&sample.step)),
+            Evidence::Replayed(replay) => self.columns.row(&sample, replay.take(&sample).as_ref()),
+        };
+        Some(TableRow { step: sample.step.0, published_ns, values })
+    }
 }

@@ -1,27 +1,33 @@
 //! `trusswatch export`: a recording as tables.
 
 mod columns;
+mod csv_table;
 #[cfg(feature = "parquet")]
 mod parquet_table;
+mod tables;
 mod verdicts;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use ::replay::{ModuleRecord, latest_setup};
-use vocabulary::{ModuleName, RunId, Step};
+use vocabulary::{ModuleName, RunId};
 
 use crate::failure::Failure;
 use crate::replay::read;
-use columns::TableColumns;
+use columns::RunRows;
+pub(crate) use tables::{NamedTable, RecordedTables, is_recording, open_csv, tables_of_run};
 
 /// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
 ///
 /// One table for each module and run, `MODULE-run-RUN`: a row for each step with demands, pressures and elongations by
-/// component, and, where they were published, residuals and divergences. Besides, `verdicts.csv`. Numbers come back as
-/// the very same bits; what is missing is empty.
+/// component, and, where they were published, residuals and divergences. Columns are named by component and signal, such
+/// as `module1/actuator/a1/demand_n` or `module1/sensor/g5/residual`. Besides, `verdicts.csv`. Numbers come back as the
+/// very same bits; what is missing is empty. `commission`, `calibrate` and `detect` read these tables; the last two need
+/// `--residuals`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Recordings, made by `trusswatch record`; several are one
@@ -29,6 +35,10 @@ pub(crate) struct Arguments {
     files: Vec<PathBuf>,
     #[command(flatten)]
     places: TableDirectories,
+    /// Write residuals and divergences at every step: the samples go through a diagnoser with the recorded
+    /// configuration, which starts with the first recorded step of the run
+    #[arg(long)]
+    residuals: bool,
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
@@ -77,23 +87,26 @@ impl TableDirectories {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let reading = read(&arguments.files, &arguments.modules)?;
+    let problems = reading.complete();
+    let records: Vec<Arc<ModuleRecord>> = reading.records.into_iter().map(Arc::new).collect();
     let mut written = Vec::new();
     for (form, directory) in arguments.places.each() {
-        written.extend(write_all(form, directory, &reading.records)?);
+        written.extend(write_all(form, directory, &records, arguments.residuals)?);
     }
     let mut out = io::stdout().lock();
     for (file, rows) in written {
         writeln!(out, "{}: {rows} rows", file.display())?;
     }
     out.flush()?;
-    reading.complete()
+    problems
 }
 
 /// Writes the files; returns their paths and numbers of rows.
 fn write_all(
     form: TableFormat,
     directory: &Path,
-    records: &[ModuleRecord],
+    records: &[Arc<ModuleRecord>],
+    residuals: bool,
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
     fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))?;
     let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
@@ -103,11 +116,11 @@ fn write_all(
             1 => record.module.to_string(),
             _ => format!("{}-{}", record.structure, record.module),
         };
-        for (run, rows) in runs(record) {
+        for (run, count) in runs(record) {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
-            write_run(form, &file, record, (run, &rows))
-                .map_err(|error| Failure::unwritable(&file, error))?;
-            written.push((file, rows.len()));
+            let rows = rows(record, run, residuals)?;
+            write_run(form, &file, rows).map_err(|error| Failure::unwritable(&file, error))?;
+            written.push((file, count));
         }
     }
     let file = directory.join("verdicts.csv");
@@ -117,38 +130,30 @@ fn write_all(
     Ok(written)
 }
 
-/// The indices of the samples of each run, in order.
-fn runs(record: &ModuleRecord) -> BTreeMap<RunId, Vec<usize>> {
-    let mut runs: BTreeMap<RunId, Vec<usize>> = BTreeMap::new();
-    for index in 0..record.samples.len() {
-        if let Some(head) = record.samples.head(index) {
-            runs.entry(head.run).or_default().push(index);
-        }
+/// How many samples each run has.
+fn runs(record: &ModuleRecord) -> BTreeMap<RunId, usize> {
+    let mut runs: BTreeMap<RunId, usize> = BTreeMap::new();
+    for head in (0..record.samples.len()).filter_map(|index| record.samples.head(index)) {
+        *runs.entry(head.run).or_default() += 1;
     }
     runs
 }
 
-fn write_run(
-    form: TableFormat,
-    file: &Path,
-    record: &ModuleRecord,
-    (run, rows): (RunId, &[usize]),
-) -> io::Result<()> {
-    let setup = latest_setup(record).ok();
-    let columns = TableColumns::new(record, rows.first().copied(), setup.as_ref());
-    let divergences: BTreeMap<Step, &vocabulary::Divergences> = record
-        .divergences
-        .iter()
-        .filter(|message| message.run == run)
-        .map(|message| (message.step, message))
-        .collect();
-    let rows = rows.iter().filter_map(|&index| {
-        let head = record.samples.head(index)?;
-        columns.row(record, index, divergences.get(&head.step).copied())
-    });
-    let names = columns.values();
+fn rows(record: &Arc<ModuleRecord>, run: RunId, residuals: bool) -> Result<RunRows, Failure> {
+    let setup = latest_setup(record);
+    if !residuals {
+        return Ok(RunRows::published(record, run, setup.ok().as_ref()));
+    }
+    let rows = setup.and_then(|setup| RunRows::replayed(record, run, &setup));
+    rows.map_err(|shortfall| {
+        Failure::input(format!("no residuals of `{}`: {shortfall}", record.module))
+    })
+}
+
+fn write_run(form: TableFormat, file: &Path, rows: RunRows) -> io::Result<()> {
+    let names = rows.names();
     match form {
-        TableFormat::Csv => columns::write_csv(file, &names, rows),
+        TableFormat::Csv => csv_table::write(file, &names, rows),
         #[cfg(feature = "parquet")]
         TableFormat::Parquet => parquet_table::write(file, &names, rows),
     }

@@ -88,7 +88,7 @@ mod tests {
     fn every_value_is_read_back_and_what_is_missing_is_null() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("table.parquet");
-        let names = ["time_s", "sensor_g1_elongation_m"].map(str::to_owned);
+        let names = ["time_s", "module1/sensor/g1/elongation_m"].map(str::to_owned);
         let last = GROUP as u64 + 2;
         let row = |step: u64| TableRow {
             step,
@@ -102,7 +102,7 @@ mod tests {
             reader.get_row_iter(None).unwrap().map(|row| row.unwrap().into_columns()).collect();
         assert_eq!(rows.len() as u64, last + 1);
         let heading: Vec<&str> = rows[0].iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(heading, ["step", "published_ns", "time_s", "sensor_g1_elongation_m"]);
+        assert_eq!(heading, ["step", "published_ns", "time_s", "module1/sensor/g1/elongation_m"]);
         for step in [0, 4, last] {
             let read: Vec<Field> =
                 rows[step as usize].iter().map(|(_, field)| field.clone()).collect();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::io;
 use std::path::Path;
+use std::sync::Arc;
 
 use ::replay::{ModuleRecord, latest_setup};
 use vocabulary::Step;
@@ -26,7 +27,7 @@ const HEADING: [&str; 13] = [
 ];
 
 /// Writes the table; returns the number of verdicts.
-pub(super) fn write(file: &Path, records: &[ModuleRecord]) -> io::Result<usize> {
+pub(super) fn write(file: &Path, records: &[Arc<ModuleRecord>]) -> io::Result<usize> {
     let mut out = csv::Writer::from_path(file)?;
     out.write_record(HEADING)?;
     let mut seen = BTreeSet::new();

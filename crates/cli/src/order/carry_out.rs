@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use tokio::time::{Instant, sleep};
 use vocabulary::words::done;
 use vocabulary::{
-    ComponentPath, Mention, ModuleName, OperatorName, Order, OrderKind, StructureName,
+    ComponentPath, Mention, ModuleName, OperatorName, Order, OrderKind, StructureName, printable,
 };
 use zenoh::Session;
 
@@ -165,7 +165,7 @@ pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str)
             OrderSubject::Component(_) => format!("transition {sequence}"),
             OrderSubject::Module(_) => format!("up to transition {sequence}"),
         };
-        let line = format!("{what:<12} {subject} by {by}: {now}");
+        let line = format!("{what:<12} {subject} by {}: {now}", printable(by));
         Some(paint.in_colour(Colour::Green, &line) + "\n")
     };
     outcomes.iter().filter_map(line).collect()

@@ -12,11 +12,11 @@ use crate::binary::{Outcome, repository, run};
 
 const STEPS: u64 = 6000;
 
-/// A copy of the small mast's configurations, into which thresholds are written.
+/// A copy of the configurations of tower and small mast, into which thresholds are written.
 pub(crate) fn small_mast() -> tempfile::TempDir {
     let copy = tempfile::tempdir().unwrap();
-    fs::create_dir(copy.path().join("small")).unwrap();
-    for folder in ["", "small"] {
+    for folder in ["", "small", "tower", "thresholds"] {
+        fs::create_dir_all(copy.path().join(folder)).unwrap();
         for entry in fs::read_dir(repository("configs").join(folder)).unwrap() {
             let file = entry.unwrap().path();
             if file.is_file() {
@@ -204,7 +204,7 @@ fn recordings_that_cannot_be_used_are_refused_by_line() {
     let repeated = good.clone() + good.lines().last().unwrap() + "\n";
     let broken = good.replacen("note,20,", "note,20.5,", 1);
     let bad = good.replacen("note,20,", "note,20,x", 1);
-    let missing = format!("line 1: missing column `{}`", names[0]);
+    let missing = format!("line 1: missing column `{}/residual`", names[0]);
     for (text, said) in [
         (&good, "end before every channel is watched"),
         (&all_but_one, missing.as_str()),

@@ -105,7 +105,7 @@ fn the_summary_names_the_modules() {
 fn a_column_that_is_missing_is_named() {
     let one = modules(&["module1.toml"]);
     let table = "step,module1/actuator/a1\n0,1\n";
-    detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2`"]);
+    detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2/residual`"]);
     let outcome = detect(table, &one, &["--columns", "step"]);
     outcome.fails(2, &["no module given has a component `step`", "`module1/sensor/g8`"]);
     let rows: String = (0..100).map(|step| format!("{step},{}\n", step % 7)).collect();

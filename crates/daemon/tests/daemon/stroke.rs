@@ -147,7 +147,7 @@ async fn an_order_that_makes_no_sense_is_refused_with_the_reason_and_moves_nothi
     for (payload, reason) in [
         ("", "malformed JSON"),
         ("{\"v\":1}", "missing field `component`"),
-        ("{\"v\":1,\"component\":\"actuator/a2\",\"force_n\":\"5 kN\"}", "not a stroke"),
+        ("{\"v\":1,\"component\":\"actuator/a2\",\"force_n\":\"5 kN\"}", "invalid stroke"),
     ] {
         let query = scene.observer.get("trusswatch/small/plant/command/stroke").payload(payload);
         let replies = query.timeout(LIMIT).await.unwrap();

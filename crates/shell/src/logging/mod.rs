@@ -55,6 +55,8 @@ fn sink() -> (Sink, Option<std::io::Error>) {
 
 fn standard_error() -> Sink {
     let ansi = std::io::stderr().is_terminal();
-    let layer = fmt::layer().with_ansi(ansi).with_writer(std::io::stderr);
+    // An error of writing would be printed on standard error, which panics if that is gone too.
+    let layer =
+        fmt::layer().with_ansi(ansi).with_writer(std::io::stderr).log_internal_errors(false);
     Box::new(Rewriting(layer, with_printable_texts))
 }
