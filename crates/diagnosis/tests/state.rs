@@ -403,7 +403,7 @@ fn a_reference_of_other_settings_is_refused_and_named() {
         );
         problems.len()
     };
-    assert_eq!(refused(|setup| setup.hydraulics.volume_a_m3 *= 1.01), 1);
+    assert_eq!(refused(|setup| setup.hydraulics.as_mut().unwrap().volume_a_m3 *= 1.01), 1);
     assert_eq!(refused(|setup| setup.step_s = 2e-3), 1);
     let mut other = Reference::clone(&reference());
     other.version = 99;
