@@ -112,8 +112,7 @@ impl ResidualGenerator {
         let local = ModalStepper::of_module(local, step_s)?;
         let actuators = local.input_count();
         let steps = |seconds: f64| ((seconds / step_s).round() as u64).max(1);
-        let time_constant_s =
-            hydraulics.as_ref().map_or(0.0, NominalHydraulics::time_constant_s);
+        let time_constant_s = hydraulics.as_ref().map_or(0.0, NominalHydraulics::time_constant_s);
         let force_loop = hydraulics.map(|hydraulics| TrackedForce::new(hydraulics, step_s));
         Ok(Self {
             kind,
