@@ -81,7 +81,8 @@ pub(crate) struct Identifying {
     layout: ChannelLayout,
     step_s: f64,
     sampling: Sampling,
-    hydraulics: NominalHydraulics,
+    /// None in a module without actuators.
+    hydraulics: Option<NominalHydraulics>,
     noise_m: Vec<f64>,
     reference: Option<Arc<Reference>>,
 }
@@ -238,6 +239,7 @@ impl Identifying {
         as_of: Step,
         channels: &Channels,
     ) -> Option<MeasuredSeries> {
+        let hydraulics = self.hydraulics?;
         let fault = self.faulty[channel].as_ref()?;
         let seen = fault.seen;
         let steps: Arc<[CylinderStep]> = match &fault.steps {
@@ -259,12 +261,8 @@ impl Identifying {
             let kept = Kept::Cylinder(Arc::clone(&steps));
             self.faulty[channel].as_mut()?.steps = Some(kept);
         }
-        let null_flow = Prior::about_zero(NULL_FLOW * self.hydraulics.valve_flow_m3_per_s);
-        Some(MeasuredSeries::Cylinder(CylinderSeries {
-            steps,
-            hydraulics: self.hydraulics,
-            null_flow,
-        }))
+        let null_flow = Prior::about_zero(NULL_FLOW * hydraulics.valve_flow_m3_per_s);
+        Some(MeasuredSeries::Cylinder(CylinderSeries { steps, hydraulics, null_flow }))
     }
 
     fn gage(

@@ -64,7 +64,7 @@ pub struct DetectionSettings {
 pub struct SignalSettings {
     /// No gage survives a larger strain \[m/m\]: 0.1.
     pub largest_strain: f64,
-    /// No larger pressure is one \[Pa\]; without it, twice that of the supply.
+    /// No larger pressure is one \[Pa\]; without it, twice that of the supply. A module without actuators needs none.
     pub largest_pressure_pa: Option<f64>,
 }
 
@@ -101,8 +101,8 @@ pub struct ModuleSetup {
     /// The module's own part of the structure; written as the text of its description.
     #[serde(with = "description")]
     pub structure: Structure,
-    /// Its actuators.
-    pub hydraulics: NominalHydraulics,
+    /// Its actuators' figures; required if it has actuators, unused otherwise.
+    pub hydraulics: Option<NominalHydraulics>,
     /// Noise of a gage as strain \[m/m\].
     pub gage_noise_strain: f64,
     /// Length of a step \[s\].
@@ -171,6 +171,17 @@ pub enum SetupError {
     /// A divergence setting.
     #[error(transparent)]
     Divergence(#[from] SettingsError),
+    /// No hydraulic figures, and actuators that need them.
+    #[error(
+        "module `{module}` has actuators ({actuators}) and its configuration has no table `[hydraulics]`; add it with {}",
+        NominalHydraulics::REQUIRED.join(", ")
+    )]
+    NoHydraulics {
+        /// The module.
+        module: ModuleName,
+        /// How many actuators it has.
+        actuators: usize,
+    },
     /// A hydraulic figure.
     #[error("hydraulics: {0}")]
     Hydraulics(#[from] HydraulicsError),
@@ -225,7 +236,7 @@ impl ModuleSetup {
     pub fn problems(&self) -> Vec<SetupError> {
         let mut problems = Vec::new();
         problems.extend(self.detection.divergence.check().err().map(SetupError::from));
-        problems.extend(self.hydraulics.problems().into_iter().map(SetupError::from));
+        problems.extend(self.hydraulics_problems());
         problems.extend(self.figure_problems());
         problems.extend(self.threshold_problems());
         problems.extend(self.peer_problems());
@@ -259,12 +270,23 @@ impl ModuleSetup {
     #[must_use]
     pub fn prior_scatters(&self) -> Vec<f64> {
         let Some(module) = self.structure.module(&self.module) else { return Vec::new() };
-        let actuators = module.actuators.iter().map(|_| self.hydraulics.force_variance());
+        let of_force = self.hydraulics.as_ref().map_or(0.0, NominalHydraulics::force_variance);
+        let actuators = module.actuators.iter().map(|_| of_force);
         let gages = module.gages.iter().map(|gage| {
             let deviation = self.gage_noise_strain * self.structure.gage_length_m(gage);
             deviation * deviation
         });
         actuators.chain(gages).collect()
+    }
+
+    fn hydraulics_problems(&self) -> Vec<SetupError> {
+        match (&self.hydraulics, self.actuators()) {
+            (Some(hydraulics), _) => hydraulics.problems().into_iter().map(Into::into).collect(),
+            (None, 0) => Vec::new(),
+            (None, actuators) => {
+                vec![SetupError::NoHydraulics { module: self.module.clone(), actuators }]
+            }
+        }
     }
 
     fn figure_problems(&self) -> Vec<SetupError> {
@@ -282,10 +304,15 @@ impl ModuleSetup {
         let SignalSettings { largest_strain, largest_pressure_pa } = self.signals;
         let strain = largest_strain.to_string();
         require(positive(largest_strain), "largest_strain", strain, above_zero);
-        let supply = self.hydraulics.supply_pa;
-        let pressure = largest_pressure_pa.unwrap_or(f64::MAX);
-        let more = format!("more than supply_pa, {supply}");
-        require(pressure > supply, "largest_pressure_pa", pressure.to_string(), &more);
+        if let Some(pressure) = largest_pressure_pa {
+            let supply = self.hydraulics.map_or(0.0, |hydraulics| hydraulics.supply_pa);
+            let more = match self.hydraulics {
+                Some(_) => format!("a finite number above supply_pa, {supply}"),
+                None => above_zero.to_owned(),
+            };
+            let ok = pressure.is_finite() && pressure > supply;
+            require(ok, "largest_pressure_pa", pressure.to_string(), &more);
+        }
         let tie = self.isolation.tie_steps;
         let step_ms = 1e3 * self.step_s;
         let ms = |steps: u64| (steps as f64 * step_ms).to_string();

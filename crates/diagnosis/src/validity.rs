@@ -37,17 +37,21 @@ struct Plausible {
 
 impl Plausible {
     fn of(setup: &ModuleSetup) -> Self {
-        let h = &setup.hydraulics;
         let module = setup.structure.module(&setup.module);
         let gages = module.map_or(&[][..], |module| &module.gages);
+        // A module without actuators has neither demands nor pressures.
+        let hydraulics = setup.hydraulics.as_ref();
         let largest_pressure_pa = setup.signals.largest_pressure_pa;
         let elongation = |gage| setup.signals.largest_strain * setup.structure.gage_length_m(gage);
         Self {
-            demand_n: MOST_FORCES * h.supply_pa * h.area_a_m2.max(h.area_b_m2),
-            pressure_pa: [
-                h.tank_pa - BELOW_TANK * h.supply_pa,
-                largest_pressure_pa.unwrap_or(MOST_SUPPLIES * h.supply_pa),
-            ],
+            demand_n: hydraulics
+                .map_or(0.0, |h| MOST_FORCES * h.supply_pa * h.area_a_m2.max(h.area_b_m2)),
+            pressure_pa: hydraulics.map_or([0.0; 2], |h| {
+                [
+                    h.tank_pa - BELOW_TANK * h.supply_pa,
+                    largest_pressure_pa.unwrap_or(MOST_SUPPLIES * h.supply_pa),
+                ]
+            }),
             elongations_m: gages.iter().map(elongation).collect(),
         }
     }

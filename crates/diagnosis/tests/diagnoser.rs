@@ -559,7 +559,7 @@ fn the_same_events_lead_to_the_same_actions() {
 fn everything_wrong_with_a_setup_is_reported_at_once() {
     let mut bad = setup("lower", Rule::FirstChange);
     bad.detection.divergence.window = 0;
-    bad.hydraulics.volume_a_m3 = -1.0;
+    bad.hydraulics.as_mut().unwrap().volume_a_m3 = -1.0;
     bad.isolation.hold_steps = 1;
     bad.thresholds[1] = f64::NAN;
     bad.peers.push(name("lower"));

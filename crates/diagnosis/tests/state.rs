@@ -403,7 +403,7 @@ fn a_reference_of_other_settings_is_refused_and_named() {
         );
         problems.len()
     };
-    assert_eq!(refused(|setup| setup.hydraulics.volume_a_m3 *= 1.01), 1);
+    assert_eq!(refused(|setup| setup.hydraulics.as_mut().unwrap().volume_a_m3 *= 1.01), 1);
     assert_eq!(refused(|setup| setup.step_s = 2e-3), 1);
     let mut other = Reference::clone(&reference());
     other.version = 99;
@@ -521,4 +521,47 @@ fn what_short_windows_find_began_after_the_last_agreement() {
         bench.transitions().into_iter().find(|t| t.symptom == Symptom::Departure).unwrap();
     assert!(!latched.before_service);
     assert!(latched.onset >= began && latched.decided > latched.onset, "{latched:?}");
+}
+
+/// The mast's lower module without its cylinders, and without figures of any.
+fn gages_only() -> ModuleSetup {
+    let mut setup = ModuleSetup { hydraulics: None, ..alone() };
+    let mut structure = setup.structure.clone();
+    structure.modules[0].actuators.clear();
+    setup.structure = structure;
+    setup.thresholds.truncate(setup.components().len());
+    setup
+}
+
+#[test]
+fn a_module_without_actuators_needs_no_hydraulics() {
+    let setup = gages_only();
+    assert_eq!(setup.problems(), []);
+    let with_figures = ModuleSetup { hydraulics: alone().hydraulics, ..gages_only() };
+    assert_eq!(with_figures.problems(), [], "they are unused");
+    let mut wrong = with_figures;
+    wrong.hydraulics.as_mut().unwrap().supply_pa = f64::NAN;
+    assert!(matches!(wrong.problems()[..], [SetupError::Hydraulics(_)]));
+    let missing = ModuleSetup { hydraulics: None, ..alone() };
+    let problems = Diagnoser::new(missing).unwrap_err();
+    let [problem] = &problems[..] else { panic!("{problems:?}") };
+    for figure in ["`lower`", "[hydraulics]", "area_a_m2", "pressure_noise_pa"] {
+        assert!(problem.to_string().contains(figure), "{problem}");
+    }
+}
+
+#[test]
+fn a_module_without_actuators_is_diagnosed_and_commissioned() {
+    let setup = gages_only();
+    let sent = serde_json::to_string(&setup).unwrap();
+    let setup: ModuleSetup = serde_json::from_str(&sent).unwrap();
+    let reference =
+        commission(std::slice::from_ref(&setup), 0, &snippets(&setup, 40), 0.001).unwrap();
+    assert_eq!(reference.problems(&setup), []);
+    let mut bench = Bench::of(ModuleSetup { reference: Some(Arc::new(reference)), ..setup });
+    bench.run(SETTLED);
+    assert_eq!(bench.latched(), Vec::<String>::new());
+    bench.signals.gage_offsets[1] = BIAS_M;
+    bench.run(200);
+    assert_eq!(bench.latched(), ["sensor/g2"]);
 }

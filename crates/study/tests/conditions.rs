@@ -100,7 +100,7 @@ fn a_reference_of_something_else_is_refused() {
         assert!(matches!(problems, [only] if wanted(only)), "{problems:?}");
     };
     let mut other_settings = setups[0].clone();
-    other_settings.hydraulics.volume_a_m3 *= 1.01;
+    other_settings.hydraulics.as_mut().unwrap().volume_a_m3 *= 1.01;
     is(&problems(other_settings), |p| matches!(p, ReferenceProblem::OtherSettings { .. }));
     let mut other_module = setups[0].clone();
     other_module.reference.clone_from(&setups[1].reference);

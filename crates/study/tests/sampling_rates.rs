@@ -15,7 +15,7 @@ fn campaign(step_s: f64) -> ScenarioCampaign {
     let steps = |shipped: u64| (1e-3 * shipped as f64 / step_s).ceil() as u64;
     for setup in &mut setups {
         setup.step_s = step_s;
-        setup.hydraulics.force_gain_m3_per_s_n *= slower;
+        setup.hydraulics.as_mut().unwrap().force_gain_m3_per_s_n *= slower;
         let IsolationSettings { hold_steps, tie_steps, effect_steps, quiet_steps, .. } =
             &mut setup.isolation;
         for setting in [hold_steps, tie_steps, effect_steps, quiet_steps] {

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use observer::{ModuleView, Scene, StateRow, StructureRow, Urgency, rows, structures};
+use observer::{
+    DetectionFacts, ModuleView, Scene, StateRow, StructureRow, Urgency, rows, structures,
+};
 use vocabulary::StructureName;
 
 use crate::paint::{Colour, Paint, tone_colour};
@@ -123,8 +125,8 @@ fn state_table(rows: &[StateRow]) -> Painted {
             step(measured.onset_step),
             step(measured.decided_step),
             or_nothing(row.since_unix_ns.map(utc)),
-            or_nothing(measured.residual.as_ref()),
-            or_nothing(measured.divergence.as_ref()),
+            detected(measured, 0, "residual"),
+            detected(measured, 1, "divergence"),
             if_any(&row.why),
         ]);
     }
@@ -136,6 +138,14 @@ fn state_table(rows: &[StateRow]) -> Painted {
         tone => tone_colour(tone),
     };
     (table, rows.iter().map(colour).collect())
+}
+
+/// One of the two figures of the detection; with its name unless that is the column's.
+fn detected(measured: &DetectionFacts, place: usize, column: &str) -> String {
+    or_nothing(measured.at_detection.as_ref().map(|both| match &both[place] {
+        (name, text) if *name == column => text.clone(),
+        (name, text) => format!("{name} {text}"),
+    }))
 }
 
 fn if_any(text: &str) -> String {

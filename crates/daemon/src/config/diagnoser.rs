@@ -34,7 +34,8 @@ struct DiagnoserFile {
     #[serde(default = "one_millisecond")]
     step_s: f64,
     gage_noise_strain: f64,
-    hydraulics: NominalHydraulics,
+    #[serde(default)]
+    hydraulics: Option<NominalHydraulics>,
     #[serde(default)]
     signals: SignalSettings,
     #[serde(default)]
@@ -481,6 +482,7 @@ fn place(problem: &SetupError) -> Vec<&str> {
         SetupError::Divergence(SettingsError::Interval(_)) => vec!["detection", "interval"],
         SetupError::Divergence(SettingsError::PriorScatter(_)) => vec!["gage_noise_strain"],
         SetupError::Hydraulics(error) => vec!["hydraulics", error.name],
+        SetupError::NoHydraulics { .. } => vec!["module"],
         SetupError::Figure { name: name @ ("step_s" | "gage_noise_strain"), .. } => vec![name],
         SetupError::Figure { name: name @ ("largest_strain" | "largest_pressure_pa"), .. } => {
             vec!["signals", name]

@@ -52,7 +52,7 @@ pub(crate) struct Isolator {
 
 impl Isolator {
     pub(crate) fn new(setup: &ModuleSetup, components: Vec<Component>) -> Self {
-        let of_loops = longest_gap_of_loops(&setup.hydraulics, setup.step_s);
+        let of_loops = longest_gap_of_loops(setup.hydraulics.as_ref(), setup.step_s);
         let divergence = &setup.detection.divergence;
         let window = (divergence.window + divergence.lag) as u64;
         let [first, longest] = PAUSES_S.map(|pause| setup.sampling().steps(pause));

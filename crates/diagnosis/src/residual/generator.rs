@@ -62,8 +62,9 @@ pub fn longest_gap_of_structure(step_s: f64) -> u64 {
     ((LONGEST_GAP_OF_STRUCTURE_S / step_s).round() as u64).max(1)
 }
 
-/// Lost samples that the force loops are stepped through.
-pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) -> u64 {
+/// Lost samples that the force loops are stepped through. Without loops the structure's model is the only limit.
+pub(crate) fn longest_gap_of_loops(hydraulics: Option<&NominalHydraulics>, step_s: f64) -> u64 {
+    let Some(hydraulics) = hydraulics else { return longest_gap_of_structure(step_s) };
     ((LONGEST_GAP_OF_LOOPS * hydraulics.time_constant_s() / step_s).round() as u64).max(1)
 }
 
@@ -71,7 +72,9 @@ pub(crate) fn longest_gap_of_loops(hydraulics: &NominalHydraulics, step_s: f64) 
 #[derive(Debug, Clone)]
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
-    hydraulics: NominalHydraulics,
+    /// Deviation of an observed force due to the noise of its pressures \[N\].
+    force_noise_n: f64,
+    hydraulics: Option<NominalHydraulics>,
     local: ModalStepper,
     loops: Vec<TrackedForce>,
     contents_pa: Vec<f64>,
@@ -95,26 +98,29 @@ pub struct ResidualGenerator {
 }
 
 impl ResidualGenerator {
-    /// A generator for the one module of `local`, sampled every `step_s` seconds.
+    /// A generator for the one module of `local`, sampled every `step_s` seconds. `hydraulics` may be left out only if
+    /// the module has no actuators.
     ///
     /// # Errors
     /// A structure of which no model can be made.
     pub fn new(
         local: &Structure,
-        hydraulics: NominalHydraulics,
+        hydraulics: Option<NominalHydraulics>,
         kind: ActuatorResidual,
         step_s: f64,
     ) -> Result<Self, ModelError> {
         let local = ModalStepper::of_module(local, step_s)?;
         let actuators = local.input_count();
         let steps = |seconds: f64| ((seconds / step_s).round() as u64).max(1);
-        let time_constant_s = hydraulics.time_constant_s();
+        let time_constant_s = hydraulics.as_ref().map_or(0.0, NominalHydraulics::time_constant_s);
+        let force_loop = hydraulics.map(|hydraulics| TrackedForce::new(hydraulics, step_s));
         Ok(Self {
             kind,
-            longest_gap_of_loops: longest_gap_of_loops(&hydraulics, step_s),
+            longest_gap_of_loops: longest_gap_of_loops(hydraulics.as_ref(), step_s),
             longest_gap_of_structure: longest_gap_of_structure(step_s),
             loops_settle: steps(LOOPS_SETTLE * time_constant_s),
-            loops: vec![TrackedForce::new(hydraulics, step_s); actuators],
+            loops: force_loop.map_or_else(Vec::new, |force_loop| vec![force_loop; actuators]),
+            force_noise_n: hydraulics.map_or(0.0, |known| known.force_variance().sqrt()),
             hydraulics,
             contents_pa: vec![0.0; actuators],
             now: ModelInputs::none(actuators),
@@ -165,10 +171,12 @@ impl ResidualGenerator {
     pub fn push(&mut self, sample: &Measurements) -> &[f64] {
         self.earlier.forces.copy_from_slice(&self.now.forces);
         self.earlier.demands.copy_from_slice(&self.now.demands);
-        let observed = self.now.forces.iter_mut().zip(&mut self.contents_pa);
-        for ((force, content), pressures) in observed.zip(&sample.pressures_pa) {
-            *force = self.hydraulics.force_n(*pressures);
-            *content = self.hydraulics.content_pa(*pressures);
+        if let Some(hydraulics) = &self.hydraulics {
+            let observed = self.now.forces.iter_mut().zip(&mut self.contents_pa);
+            for ((force, content), pressures) in observed.zip(&sample.pressures_pa) {
+                *force = hydraulics.force_n(*pressures);
+                *content = hydraulics.content_pa(*pressures);
+            }
         }
         self.now.demands.copy_from_slice(&sample.demands_n);
         self.cross_gap();
@@ -205,7 +213,7 @@ impl ResidualGenerator {
     /// than noise, for a gage, and where an actuator's residual is its distance from the demand.
     pub(crate) fn margin_n(&self, channel: usize) -> f64 {
         let tracked = self.loops.get(channel).filter(|_| self.kind == ActuatorResidual::Tracking);
-        let noise = self.hydraulics.force_variance().sqrt();
+        let noise = self.force_noise_n;
         let margin = tracked.map(TrackedForce::margin_n).filter(|margin| *margin > noise);
         margin.map_or(0.0, |margin| margin + noise)
     }

@@ -46,6 +46,20 @@ pub struct HydraulicsError {
 }
 
 impl NominalHydraulics {
+    /// The names of the figures without a default.
+    pub const REQUIRED: [&str; 10] = [
+        "area_a_m2",
+        "area_b_m2",
+        "volume_a_m3",
+        "volume_b_m3",
+        "bulk_modulus_pa",
+        "force_gain_m3_per_s_n",
+        "valve_flow_m3_per_s",
+        "supply_pa",
+        "tank_pa",
+        "pressure_noise_pa",
+    ];
+
     /// F_act = p_A·A_A − p_B·A_B \[N\] (eq. 8).
     #[must_use]
     pub fn force_n(&self, [a, b]: [f64; 2]) -> f64 {
@@ -91,20 +105,21 @@ impl NominalHydraulics {
     #[must_use]
     pub fn problems(&self) -> Vec<HydraulicsError> {
         let expected = "a finite number above 0";
-        let named = [
-            ("area_a_m2", self.area_a_m2),
-            ("area_b_m2", self.area_b_m2),
-            ("volume_a_m3", self.volume_a_m3),
-            ("volume_b_m3", self.volume_b_m3),
-            ("bulk_modulus_pa", self.bulk_modulus_pa),
-            ("force_gain_m3_per_s_n", self.force_gain_m3_per_s_n),
-            ("valve_flow_m3_per_s", self.valve_flow_m3_per_s),
-            ("supply_pa", self.supply_pa),
-            ("tank_pa", self.tank_pa),
-            ("pressure_noise_pa", self.pressure_noise_pa),
+        let values = [
+            self.area_a_m2,
+            self.area_b_m2,
+            self.volume_a_m3,
+            self.volume_b_m3,
+            self.bulk_modulus_pa,
+            self.force_gain_m3_per_s_n,
+            self.valve_flow_m3_per_s,
+            self.supply_pa,
+            self.tank_pa,
+            self.pressure_noise_pa,
         ];
-        let mut problems: Vec<_> = named
+        let mut problems: Vec<_> = Self::REQUIRED
             .into_iter()
+            .zip(values)
             .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
             .map(|(name, value)| HydraulicsError { name, value, expected })
             .collect();

@@ -138,7 +138,8 @@ pub enum ReferenceProblem {
 pub fn residual_settings(setup: &ModuleSetup) -> String {
     let ModuleSetup { structure, hydraulics, step_s, detection, .. } = setup;
     let residual = detection.actuator_residual;
-    let text = format!("{}\n{hydraulics:?}\n{step_s:?}\n{residual:?}", structure.to_toml());
+    let hydraulics = hydraulics.as_ref().map_or_else(String::new, |figures| format!("{figures:?}"));
+    let text = format!("{}\n{hydraulics}\n{step_s:?}\n{residual:?}", structure.to_toml());
     fingerprint(&text)
 }
 

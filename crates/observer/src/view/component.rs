@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use vocabulary::words::{
-    identified, printable, ratio, reason, residual, state_and_aside, state_in_words, state_tone,
+    at_detection, identified, printable, reason, state_and_aside, state_in_words, state_tone,
 };
 use vocabulary::{
     ComponentPath, Condition, FaultState, FaultTransition, FreezeFrame, Identification, RunId,
@@ -76,16 +76,12 @@ fn sign(state: &FaultTransition) -> &'static str {
 }
 
 fn measured(state: &FaultTransition) -> DetectionFacts {
-    // Without a signal the last computed evidence does not describe the component.
-    let evidence = state.evidence.as_ref().filter(|_| state.symptom == Symptom::Change);
-    let kind = state.component.component.kind();
     DetectionFacts {
         run: state.run,
         onset_step: state.onset_step.filter(|_| state.state() != FaultState::Normal),
         detection_step: state.detection_step,
         decided_step: state.decided_step,
-        residual: evidence.map(|evidence| residual(kind, evidence.residual)),
-        divergence: evidence.map(|evidence| ratio(evidence.ratio())),
+        at_detection: at_detection(state),
         reference: Some(reference(state.condition.as_ref())),
     }
 }

@@ -80,10 +80,8 @@ pub struct DetectionFacts {
     pub detection_step: Option<Step>,
     /// The step as of which the state was found.
     pub decided_step: Option<Step>,
-    /// The residual at the detection, with its unit.
-    pub residual: Option<String>,
-    /// The divergence at the detection, in thresholds.
-    pub divergence: Option<String>,
+    /// What was measured at the detection with its unit, and the test's statistic in thresholds; each with its name.
+    pub at_detection: Option<[(&'static str, String); 2]>,
     /// The comparison with its reference.
     pub reference: Option<String>,
 }
@@ -94,16 +92,22 @@ impl StateRow {
     pub fn facts(&self) -> Vec<(&'static str, String)> {
         let DetectionFacts { run, onset_step, detection_step, decided_step, .. } = &self.measured;
         let step = |step: &Option<Step>| step.map(|step| step.to_string());
+        let at_detection = self.measured.at_detection.iter().flatten();
+        let at_detection =
+            at_detection.map(|(name, text)| (*name, Some(format!("{text} at detection"))));
         let facts = [
             ("onset step", step(onset_step)),
             ("detection step", step(detection_step)),
             ("decided as of step", step(decided_step)),
             ("run", run.map(|run| run.to_string())),
-            ("residual", self.measured.residual.clone()),
-            ("divergence", self.measured.divergence.clone()),
-            ("reference", self.measured.reference.clone()),
         ];
-        facts.into_iter().filter_map(|(name, fact)| Some((name, fact?))).collect()
+        let reference = [("reference", self.measured.reference.clone())];
+        facts
+            .into_iter()
+            .chain(at_detection)
+            .chain(reference)
+            .filter_map(|(name, fact)| Some((name, fact?)))
+            .collect()
     }
 
     /// The subject of the row.

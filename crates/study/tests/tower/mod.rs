@@ -48,7 +48,7 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
     let setups = names.iter().map(|name| ModuleSetup {
         module: name.clone(),
         structure: structure.local(name).unwrap(),
-        hydraulics: NominalHydraulics {
+        hydraulics: Some(NominalHydraulics {
             area_a_m2: h.area_a_m2,
             area_b_m2: h.area_b_m2,
             volume_a_m3: h.volume_a_m3,
@@ -60,7 +60,7 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
             tank_pa: h.tank_pa,
             pressure_noise_pa: h.pressure_noise_pa,
             speed_uncertainty: 0.25,
-        },
+        }),
         gage_noise_strain: parameters.gages.noise_strain,
         step_s: parameters.step_s,
         signals: SignalSettings::default(),

@@ -55,8 +55,10 @@ fn facts(row: &StateRow, present: &FaultTransition, seen: &CloseUp) -> Vec<(&'st
         ("decided", measured.decided_step),
     ];
     let steps = steps.iter().filter_map(|(what, step)| Some(format!("{what} {}", (*step)?)));
-    let evidence = measured.residual.as_ref().zip(measured.divergence.as_ref());
-    let evidence = evidence.map(|(residual, ratio)| format!("residual {residual}, {ratio}"));
+    let evidence = measured.at_detection.as_ref().map(|both| {
+        let both = both.iter().map(|(name, text)| format!("{name} {text}"));
+        format!("at detection: {}", both.collect::<Vec<_>>().join(", "))
+    });
     let facts = [
         ("published", row.since_unix_ns.map(utc)),
         ("steps", Some(steps.collect::<Vec<_>>().join(", "))),

@@ -20,7 +20,7 @@ pub use identification::{
 };
 pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;
-pub use quantity::{force, ratio, residual, span};
+pub use quantity::{at_detection, force, ratio, residual, span};
 pub use reason::{ordered, reason};
 pub use state::state_in_words;
 pub use time::utc;

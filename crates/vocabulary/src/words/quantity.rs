@@ -1,12 +1,33 @@
 //! Quantities with their units.
 
-use crate::ComponentKind;
+use crate::{ComponentKind, Doubt, FaultTransition, Symptom, Verdict};
 
 /// A residual in the unit that suits it: N for an actuator, µm for a gage.
 pub fn residual(kind: ComponentKind, value: f64) -> String {
     match kind {
         ComponentKind::Actuator => format!("{value:+.1} N"),
         ComponentKind::Sensor => format!("{:+.2} µm", value * 1e6),
+    }
+}
+
+/// What was measured at the detection and how far beyond its threshold the test was, each with its name: a residual
+/// and its divergence, or what departs from the reference and its score. `None` where neither describes the component.
+pub fn at_detection(transition: &FaultTransition) -> Option<[(&'static str, String); 2]> {
+    // Of several suspects none was tested alone.
+    if matches!(&transition.verdict, Verdict::Unconfirmed { doubt: Doubt::OneOf(_) }) {
+        return None;
+    }
+    let evidence = transition.evidence.as_ref()?;
+    let (value, times) = (evidence.residual, evidence.ratio());
+    let of_residual = || ("residual", residual(transition.component.component.kind(), value));
+    let score = || ("score", format!("{times:.1} × its threshold"));
+    match transition.symptom {
+        // Without a signal the last computed evidence does not describe the component.
+        Symptom::NoSignal => None,
+        Symptom::Change => Some([of_residual(), ("divergence", ratio(times))]),
+        Symptom::Departure => Some([of_residual(), score()]),
+        Symptom::OilContent => Some([("oil content", format!("{:+.2} bar", value / 1e5)), score()]),
+        Symptom::Scatter => Some([("noise", format!("{:.2} µm", value * 1e6)), score()]),
     }
 }
 
@@ -40,6 +61,45 @@ mod tests {
     fn residuals_have_the_unit_of_their_component() {
         assert_eq!(residual(ComponentKind::Actuator, -1234.56), "-1234.6 N");
         assert_eq!(residual(ComponentKind::Sensor, 6e-4), "+600.00 µm");
+    }
+
+    #[test]
+    fn what_was_measured_has_the_unit_of_its_symptom() {
+        let words = |component: &str, symptom, residual| {
+            let component = component.parse().unwrap();
+            let untouched = FaultTransition::untouched("t".parse().unwrap(), component, 0);
+            let evidence = crate::Evidence {
+                step: crate::Step(9),
+                residual,
+                level: 0.0,
+                divergence: Some(45.8),
+                threshold: 2.0,
+            };
+            let verdict = Verdict::example(crate::FaultState::Latched);
+            at_detection(&FaultTransition {
+                symptom,
+                verdict,
+                evidence: Some(evidence),
+                ..untouched
+            })
+            .map(|both| both.map(|(name, text)| format!("{name} {text}")).join(", "))
+        };
+        let (gage, cylinder) = ("m1/sensor/g1", "m1/actuator/a1");
+        for (component, symptom, value, expected) in [
+            (gage, Symptom::Change, 6e-4, "residual +600.00 µm, divergence 22.9 × threshold"),
+            (cylinder, Symptom::Change, -12.0, "residual -12.0 N, divergence 22.9 × threshold"),
+            (cylinder, Symptom::Departure, -12.0, "residual -12.0 N, score 22.9 × its threshold"),
+            (
+                cylinder,
+                Symptom::OilContent,
+                8_324_771.6,
+                "oil content +83.25 bar, score 22.9 × its threshold",
+            ),
+            (gage, Symptom::Scatter, 9e-7, "noise 0.90 µm, score 22.9 × its threshold"),
+        ] {
+            assert_eq!(words(component, symptom, value).as_deref(), Some(expected));
+        }
+        assert_eq!(words(gage, Symptom::NoSignal, 1.0), None);
     }
 
     #[test]
