@@ -211,7 +211,7 @@ fn recordings_that_cannot_be_used_are_refused_by_line() {
         (&repeated, "line 22: step 36 after step 36; give each step once, rising"),
         (&broken, "line 5, column 2 `step`: invalid step `20.5`"),
         (&bad, "line 5, column"),
-        (&"time,x\n1,2\n".to_owned(), "no column is a component of the modules"),
+        (&"time,x\n1,2\n".to_owned(), "no column is a residual of the modules"),
     ] {
         let file = write(&mast, "bad.csv", text);
         calibrate(&mast, &["lower"], &["--recorded", &file]).fails(3, &[said]);

@@ -55,7 +55,7 @@ fn messages_that_would_be_refused_are_named_by_their_lines() {
         &[
             "error: -:2: unknown version 2",
             "error: -:3: malformed JSON",
-            "error: -:4: not a progress message: missing field `step`",
+            "error: -:4: invalid progress message: missing field `step`",
         ],
     );
 }
