@@ -50,7 +50,7 @@ pub(crate) struct EventFeed {
     modules: BTreeMap<ModuleKey, ModuleFeed>,
     /// The first query, for the present states of all modules, was answered.
     is_open: bool,
-    connection: Connection,
+    connection: OwnConnection,
     /// Processes whose token disappeared, and when. They left only if the connection through which the token came is
     /// still there.
     gone: BTreeMap<(StructureName, String), Instant>,
@@ -58,7 +58,7 @@ pub(crate) struct EventFeed {
 
 /// The observer's own connection.
 #[derive(Debug, Default)]
-struct Connection {
+struct OwnConnection {
     /// Since when it has been as it is; `None` before the first look.
     since: Option<Instant>,
     is_there: bool,
