@@ -8,7 +8,7 @@
   const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000, HIDDEN_POLL_MS = 5000;
   let stream = null, polling = null, last = performance.now(), opened = last, signedOut = false;
   const signIn = document.createElement("a");
-  [signIn.href, signIn.textContent] = ["/sign-in", "sign in again"];
+  signIn.href = "/sign-in";
 
   const replace = (element, html) => {
     // Whoever uses the keyboard stays where he was.
@@ -64,7 +64,7 @@
     const lost = silent || signedOut || document.querySelector("#network [data-cut-off]") !== null;
     document.body.classList.toggle("lost", lost);
     live.dataset.age = Math.round(age / 1000);
-    signIn.hidden = !signedOut;
+    [signIn.hidden, signIn.textContent] = [!signedOut, signedOut ? "sign in again" : ""];
     const old = signedOut ? "this session has ended" : silent ? `nothing new for ${Math.round(age / 1000)} s` : "cut off from the network";
     words.textContent = lost ? `${signedOut ? " · " : ""}NOT LIVE: ${old}, as of ` : "live ";
     // A connection that is open and carries nothing.
