@@ -158,7 +158,7 @@ impl Structures {
     }
 
     /// Forgets modules that were made up or removed: not expected, without a liveliness token, not named as a peer by a
-    /// module that was heard, without a fault, and not heard of for [`FORGOTTEN_AFTER`]. None while cut off.
+    /// module that was heard, without a fault, and not heard of for ten minutes. None while cut off.
     pub fn forget(&mut self, now_unix_ns: u64) {
         if self.network != NetworkState::Open {
             return;
