@@ -78,7 +78,7 @@ fn printer() -> (mpsc::Sender<String>, oneshot::Receiver<Result<(), Failure>>) {
         while let (Ok(()), Some(text)) = (&outcome, queue.blocking_recv()) {
             outcome = output::print(&text);
         }
-        // At the end of the process nobody receives it.
+        // The receiver is gone when the process ends.
         let _ = done.send(outcome);
     });
     (lines, printed)

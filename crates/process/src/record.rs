@@ -14,7 +14,7 @@ pub enum JournalRecord {
     Transition(Box<FaultTransition>),
     /// A published identification of a fault.
     Identification(Box<Identification>),
-    /// A change of phase, or of what the module monitors.
+    /// A change of the phase, or of the components that the module monitors.
     Phase(Box<PhaseChange>),
     /// An input taken before the following transition: a killed process may not have published it, and without it the
     /// transition cannot be replayed.

@@ -169,7 +169,7 @@ mod tests {
     async fn a_client_takes_the_first_endpoint_that_answers_though_others_hang_or_refuse() {
         let [hanging, refusing, answering] = loopback::endpoints().unwrap();
         let address = hanging.trim_start_matches("tcp/");
-        // Connections are accepted by the kernel, and nobody ever answers.
+        // The kernel accepts connections, but no process answers.
         let _hanging = std::net::TcpListener::bind(address).unwrap();
         let answers = Network { listen: vec![answering.clone()], ..Network::default() };
         let peer = open(&answers).await.unwrap();

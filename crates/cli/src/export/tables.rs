@@ -64,7 +64,7 @@ impl RecordedTables {
     /// The runs, of this number only if it is given.
     ///
     /// # Errors
-    /// There is none.
+    /// Nothing was found.
     pub(crate) fn runs(&self, wanted: Option<RunId>) -> Result<Vec<RunId>, Failure> {
         let heads = self.records.iter().flat_map(|record| {
             (0..record.samples.len()).filter_map(|index| record.samples.head(index))
@@ -86,7 +86,7 @@ impl RecordedTables {
     /// The one run.
     ///
     /// # Errors
-    /// There is none, or there are several and none was chosen.
+    /// No run was found, or several were and the caller chose none.
     pub(crate) fn one_run(&self, wanted: Option<RunId>) -> Result<RunId, Failure> {
         let runs = self.runs(wanted)?;
         let several = || {

@@ -27,7 +27,7 @@ pub struct ModuleHistory {
     pub transitions: Vec<FaultTransition>,
     /// Published identifications, those of each fault in order.
     pub identifications: Vec<Identification>,
-    /// Changes of phase and of what the module monitors, in order.
+    /// Changes of the phase and of the monitored components, in order.
     pub phases: Vec<PhaseChange>,
     /// The lowest sequence number that the journal still held; `None` if it held none.
     pub first_sequence: Option<u64>,

@@ -76,7 +76,7 @@ impl EventLine {
         Self { time_unix_ns, ..line }
     }
 
-    /// The line of a change of phase, or of what a module monitors.
+    /// The line of a change of the phase, or of the monitored components.
     #[must_use]
     pub fn of_phase(change: &PhaseChange) -> Self {
         let (what, tone) = if change.not_monitored.is_empty() {

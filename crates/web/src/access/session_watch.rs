@@ -23,8 +23,8 @@ pub(crate) struct SessionWatch {
 }
 
 impl SessionWatch {
-    /// Whether the user has signed out, the session has expired, or its certificate is revoked. Asking is no use of the
-    /// session.
+    /// Whether the user has signed out, the session has expired, or its certificate is revoked. The check does not
+    /// count as use of the session.
     pub(crate) fn is_over(&mut self, now: Instant) -> bool {
         let Some((access, session)) = &self.session else { return false };
         let Some(found) = access.sessions.find(session, false, now) else { return true };

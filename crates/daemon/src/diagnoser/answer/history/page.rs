@@ -195,7 +195,7 @@ pub(super) enum HistoryEntry {
     Transition(Box<FaultTransition>),
     /// What was published of a fault.
     Identification(Box<Identification>),
-    /// A change of phase, or of what is monitored.
+    /// A change of the phase, or of the components that the module monitors.
     Phase(Box<PhaseChange>),
 }
 
