@@ -70,6 +70,9 @@ impl Staleness {
         if self.published == Some(phase) {
             return None;
         }
+        // In the new phase nothing has been published of its components.
+        self.not_monitored.clear();
+        self.changed = None;
         Some(self.published.replace(phase))
     }
 
@@ -209,6 +212,23 @@ mod tests {
         assert!(is_reported(&["m1/sensor/g1", "m1/sensor/g2"], 30));
         assert!(!is_reported(&[], 31) && !is_reported(&[], 39));
         assert!(is_reported(&[], 40), "its end is reported, too");
+    }
+
+    #[test]
+    fn a_new_phase_begins_without_components_that_are_not_monitored() {
+        let mut staleness = Staleness::new(Duration::from_millis(500));
+        let start = Instant::now();
+        let lost = BTreeMap::from([("m1/sensor/g1".parse().unwrap(), "why".to_owned())]);
+        let _ = staleness.change_to(ModulePhase::InService);
+        assert!(staleness.change_of_monitored(&lost, start));
+        let _ = staleness.change_to(ModulePhase::Stale);
+        let _ = staleness.change_to(ModulePhase::InService);
+        assert!(staleness.change_of_monitored(&lost, start), "it is reported again");
+        let _ = staleness.change_to(ModulePhase::Stale);
+        assert!(
+            !staleness.change_of_monitored(&BTreeMap::new(), start),
+            "nothing is claimed to be back"
+        );
     }
 
     const MS: Duration = Duration::from_millis(1);

@@ -28,7 +28,9 @@ use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
-use vocabulary::{Component, ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress, Step};
+use vocabulary::{
+    Component, ComponentPath, ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress, Step,
+};
 
 pub(crate) use actions::ActionExecutor;
 pub(crate) use status::conditions;
@@ -405,7 +407,7 @@ impl DiagnosisLoop {
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
-        self.publish_phase(before, reason);
+        self.publish_phase(before, BTreeMap::new(), reason);
     }
 
     /// Publishes which components cannot be monitored when that changes.
@@ -424,20 +426,21 @@ impl DiagnosisLoop {
                 format!("{} of {all} components are not monitored: {first}", lost.len())
             }
         };
-        self.publish_phase(Some(ModulePhase::InService), reason);
+        self.publish_phase(Some(ModulePhase::InService), lost, reason);
     }
 
-    fn publish_phase(&mut self, before: Option<ModulePhase>, reason: String) {
+    fn publish_phase(
+        &mut self,
+        before: Option<ModulePhase>,
+        not_monitored: BTreeMap<ComponentPath, String>,
+        reason: String,
+    ) {
         let phase = self.staleness.phase(self.diagnoser.phase());
         let step = self.diagnoser.last_step();
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module, .. } = self.executor.speaker.clone();
         let time_unix_ns = clock::unix_ns();
         let run = self.diagnoser.run();
-        let not_monitored = match phase {
-            ModulePhase::InService => self.shared.store.lock().components.not_monitored(),
-            _ => BTreeMap::new(),
-        };
         // The store gives it its number.
         let number = 0;
         let change = PhaseChange {
