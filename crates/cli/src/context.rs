@@ -170,7 +170,7 @@ mod tests {
     fn mistakes_are_named_with_their_place() {
         for (text, words) in [
             (FILE.replace("tls =", "tsl ="), ":4: unknown field `tsl`"),
-            (FILE.replace("tcp/127", "127"), "rig: `127.0.0.1:7447` is no endpoint"),
+            (FILE.replace("tcp/127", "127"), "rig: `127.0.0.1:7447` is not a valid endpoint"),
         ] {
             let (_directory, file) = file(&text);
             let error = format!("{:?}", Context::read(&file, Some("rig")).unwrap_err());
@@ -196,6 +196,6 @@ mod tests {
         assert_eq!(merged.tls, site.tls);
         let wrong = |name: &str| (name == "TRUSSWATCH_CONNECT").then(|| "here".to_owned());
         let error = format!("{:?}", Context::from_variables(wrong).unwrap_err());
-        assert!(error.contains("TRUSSWATCH_CONNECT: `here` is no endpoint"), "{error}");
+        assert!(error.contains("TRUSSWATCH_CONNECT: `here` is not a valid endpoint"), "{error}");
     }
 }

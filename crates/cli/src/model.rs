@@ -74,7 +74,7 @@ fn local(structure: &Structure, wanted: &str, file: &Path) -> Result<Structure, 
         let known: Vec<_> = structure.modules.iter().map(|m| format!("`{}`", m.name)).collect();
         let (known, count) = (known.join(", "), structure.modules.len());
         return Err(Failure::usage(format!(
-            "{}: there is no module `{wanted}`; use {known}, or a number from 1 to {count}",
+            "{}: unknown module `{wanted}`: expected {known}, or a number from 1 to {count}",
             file.display()
         )));
     };

@@ -77,7 +77,7 @@ pub enum ThresholdProblem {
     #[error("no threshold for `{0}`; recalibrate")]
     Missing(Component),
     /// A threshold of no channel.
-    #[error("`{0}` is no component of the module; remove its threshold")]
+    #[error("`{0}` is not a component of the module; remove its threshold")]
     Unknown(Component),
     /// A threshold out of range.
     #[error("the threshold of `{component}` is {value}; use a finite number above 0")]

@@ -318,7 +318,7 @@ impl Channels {
     }
 
     /// Replaces what the sample lacks. A channel that has had a value again after a while is relearnt; after a
-    /// pressure, everything is, for the structure was moved by a force that nobody knows.
+    /// pressure, every channel is, because an unknown force moved the structure.
     fn complete(&mut self, sample: &Measurements) {
         let Self { validity, generator, occurrences, bank, monitors, .. } = self;
         for (channel, monitor) in monitors.iter_mut().enumerate() {

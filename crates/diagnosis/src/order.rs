@@ -15,7 +15,7 @@ pub enum OrderRefusal {
     /// The module has no such component.
     #[error("this module has no `{0}`; name one of its actuators or sensors")]
     Unknown(Component),
-    /// There is no fault to acknowledge.
+    /// No fault to acknowledge.
     #[error("`{component}` {}; only a latched fault can be acknowledged", standing(.state))]
     NothingToAcknowledge {
         /// The component.
@@ -40,7 +40,7 @@ pub enum OrderRefusal {
     /// There is nothing to unsuppress.
     #[error("`{0}` is not suppressed")]
     NotSuppressed(Component),
-    /// Nothing that sets its alarm aside is over.
+    /// No shelving or suppression has expired.
     #[error("no expired shelving or suppression for `{0}`")]
     NothingIsOver(Component),
     /// The fault is not acknowledged yet.

@@ -124,7 +124,7 @@ fn read(file: &Path) -> Result<Certificate, String> {
 
 fn key(file: &Path) -> Result<PrivateKey, String> {
     let key = PrivateKeyDer::from_pem_file(file).map_err(|error| error.to_string())?;
-    let PrivateKeyDer::Pkcs8(key) = key else { return Err("is no key in PKCS #8".to_owned()) };
+    let PrivateKeyDer::Pkcs8(key) = key else { return Err("is not a key in PKCS #8".to_owned()) };
     PrivateKey::from_der(key.secret_pkcs8_der()).map_err(|error| error.to_string())
 }
 

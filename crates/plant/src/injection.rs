@@ -10,7 +10,7 @@ use vocabulary::{
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InjectError {
     /// No equipped module has this name.
-    #[error("there is no equipped module `{module}`; use one of {known}")]
+    #[error("unknown equipped module `{module}`: expected one of {known}")]
     UnknownModule {
         /// The requested module.
         module: ModuleName,

@@ -1,4 +1,4 @@
-//! Recordings of what was published, as MCAP files.
+//! Recordings of published messages, as MCAP files.
 //!
 //! Each key is a topic, each payload is kept verbatim as JSON with its schema; `log_time` and `publish_time` are the
 //! message's own time, `sequence` is its step. Beside them stand two kinds of messages of the recorder's own:

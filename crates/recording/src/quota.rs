@@ -40,7 +40,7 @@ fn recordings(directory: &Path, name: &str, begun: &[PathBuf]) -> io::Result<Vec
     Ok(found)
 }
 
-/// Deletes the oldest recordings of this name, as far as nobody writes them, until those that there are take no more
+/// Deletes the oldest recordings of this name that are not being written, until the remaining ones take no more
 /// than the quota \[bytes\]. This recorder has `begun` some of them. Returns what was deleted.
 pub(crate) fn keep(
     directory: &Path,

@@ -36,7 +36,7 @@ pub struct Stamp {
 }
 
 impl Stamp {
-    /// That of a message; an empty one of what is no message of ours.
+    /// The stamp of a message; empty if the payload is not one of this program's messages.
     #[must_use]
     pub fn of(payload: &[u8]) -> Self {
         serde_json::from_slice(payload).unwrap_or_default()

@@ -40,7 +40,7 @@ pub struct Metadata {
 }
 
 impl Writer {
-    /// Begins a file, which nobody else's recorder deletes as long as it is being written.
+    /// Begins a file. Other recorders do not delete it while it is being written.
     ///
     /// # Errors
     /// It exists or cannot be written.

@@ -156,12 +156,12 @@ fn check_fingerprint(message: &ModuleConfiguration) -> Result<(), UnusableMessag
 #[derive(Debug, Default)]
 pub struct Collection {
     modules: Vec<ModuleRecord>,
-    /// By topic: the place of its module; none for what is no module's.
+    /// The place of its module by topic; `None` for topics of no module.
     topics: BTreeMap<String, Option<(usize, Topic)>>,
 }
 
 impl Collection {
-    /// Takes a message. What is no module's is passed over; what cannot be read is counted.
+    /// Takes a message. Ignores topics that belong to no module; counts unreadable messages.
     pub fn take(&mut self, topic: &str, payload: &[u8]) {
         if !self.topics.contains_key(topic) {
             let known = self.place(topic);

@@ -180,7 +180,7 @@ impl ReplayComparison {
         }
     }
 
-    /// The replay is over; `falls_short`: without having reached the end of what was recorded.
+    /// Ends the replay; `falls_short` if it did not reach the end of the recording.
     pub(crate) fn finish(&mut self, course: &ProcessCourse, falls_short: bool) {
         for (message, difference) in std::mem::take(&mut self.messages).into_values().flatten() {
             match difference {

@@ -182,7 +182,7 @@ impl<'a> JointReplay<'a> {
         (asker, Event::Unanswered { peer, question, failure })
     }
 
-    /// Questions that have waited too long, or that nobody is left to answer, go unanswered.
+    /// Drops questions that have waited too long or whose peer has ended.
     fn give_up(&mut self) {
         while self.asked.get(self.open_from).is_some_and(|asked| !asked.is_open) {
             self.open_from += 1;

@@ -132,14 +132,14 @@ const PROTOCOLS: [&str; 3] = ["tcp", "tls", "unixsock-stream"];
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
     /// The text does not have the form of an endpoint.
-    #[error("`{text}` is no endpoint; write e.g. `tcp/127.0.0.1:7447`")]
+    #[error("`{text}` is not a valid endpoint; write e.g. `tcp/127.0.0.1:7447`")]
     Form {
         /// The text.
         text: String,
     },
     /// An address that no process can have.
     #[error(
-        "`{text}` is no endpoint: {problem}; write e.g. `tcp/127.0.0.1:7447` or `tcp/[::1]:7447`"
+        "`{text}` is not a valid endpoint: {problem}; write e.g. `tcp/127.0.0.1:7447` or `tcp/[::1]:7447`"
     )]
     Address {
         /// The text.
@@ -184,7 +184,7 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
     let (host, port) = address.rsplit_once(':').ok_or("it has no port")?;
     if let Some(bracketed) = host.strip_prefix('[') {
         let ip = bracketed.strip_suffix(']').ok_or("the bracket of its host is not closed")?;
-        ip.parse::<Ipv6Addr>().map_err(|_| "what is in brackets is no IPv6 address")?;
+        ip.parse::<Ipv6Addr>().map_err(|_| "the host in brackets is not an IPv6 address")?;
     } else if host.contains(':') {
         return Err("an IPv6 address must be in brackets");
     } else if host.is_empty() || host.len() > LONGEST_HOST {
@@ -194,7 +194,7 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
     } else if host.chars().all(|c| c.is_ascii_digit() || c == '.')
         && host.parse::<Ipv4Addr>().is_err()
     {
-        return Err("its host is no IPv4 address");
+        return Err("its host is not an IPv4 address");
     }
     let is_number = port.bytes().all(|byte| byte.is_ascii_digit());
     let port = port.parse::<u16>().ok().filter(|_| is_number);
@@ -214,7 +214,10 @@ mod tests {
         }
         for text in ["", "nowhere", "tcp/", "/127.0.0.1:7447"] {
             let error = endpoint(text).unwrap_err().to_string();
-            assert!(error.ends_with("is no endpoint; write e.g. `tcp/127.0.0.1:7447`"), "{error}");
+            assert!(
+                error.ends_with("is not a valid endpoint; write e.g. `tcp/127.0.0.1:7447`"),
+                "{error}"
+            );
         }
         for (text, problem) in [
             ("tcp/127.0.0.1", "it has no port"),
@@ -224,15 +227,15 @@ mod tests {
             ("tcp/127.0.0.1:7447 ", "its port must be a number from 0 to 65535"),
             ("tcp/ 127.0.0.1:7447", "its host is neither an address nor a name"),
             ("tcp/*:7447", "its host is neither an address nor a name"),
-            ("tcp/300.0.0.1:7447", "its host is no IPv4 address"),
-            ("tcp/127.1:7447", "its host is no IPv4 address"),
+            ("tcp/300.0.0.1:7447", "its host is not an IPv4 address"),
+            ("tcp/127.1:7447", "its host is not an IPv4 address"),
             ("tcp/:7447", "its host must have 1 to 253 characters"),
             ("tcp/fe80::1:7447", "an IPv6 address must be in brackets"),
             ("tcp/[fe80::1:7447", "the bracket of its host is not closed"),
-            ("tls/[fe80::1%eth0]:7447", "what is in brackets is no IPv6 address"),
+            ("tls/[fe80::1%eth0]:7447", "the host in brackets is not an IPv6 address"),
         ] {
             let right = "write e.g. `tcp/127.0.0.1:7447` or `tcp/[::1]:7447`";
-            let expected = format!("`{text}` is no endpoint: {problem}; {right}");
+            let expected = format!("`{text}` is not a valid endpoint: {problem}; {right}");
             assert_eq!(endpoint(text).unwrap_err().to_string(), expected);
         }
         assert!(endpoint(&format!("tcp/{}:1", "a".repeat(254))).is_err());
@@ -255,7 +258,7 @@ mod tests {
     #[test]
     fn a_flag_that_is_no_endpoint_is_named() {
         for (flag, text, wrong) in [
-            ("--listen", "nowhere", "`nowhere` is no endpoint"),
+            ("--listen", "nowhere", "`nowhere` is not a valid endpoint"),
             ("--connect", "tpc/host:7447", "`tpc/host:7447` is an endpoint of no known protocol"),
         ] {
             let error = Program::try_parse_from(["p", flag, text]).unwrap_err();

@@ -14,7 +14,7 @@ use crate::zenoh_settings::settings;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NetworkError {
     /// An invalid file of Zenoh's settings.
-    #[error("`{file}` is no file of Zenoh settings: {reason}")]
+    #[error("`{file}` is not a file of Zenoh settings: {reason}")]
     File {
         /// The file.
         file: String,

@@ -14,7 +14,7 @@ pub const EXIT_CODES: &str = "\
 Exit codes:
   0  done, or stopped by SIGTERM or SIGINT
   1  failed while running
-  2  wrong use of the command line, e.g. an endpoint in a flag that is none
+  2  wrong use of the command line, e.g. an invalid endpoint in a flag
   3  the configuration is not valid
   4  the network cannot be used as configured (busy port, address that is not here)";
 

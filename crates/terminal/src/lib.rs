@@ -9,7 +9,7 @@
 
 mod model;
 #[cfg(test)]
-mod screens;
+mod screens_test;
 mod settings;
 mod station;
 #[cfg(test)]

@@ -61,7 +61,7 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
         module_entries.push(Located { line, value: module.into_inner() });
     }
     if module_entries.is_empty() {
-        let message = "there is no module; write at least one `[[modules]]`".to_owned();
+        let message = "no module is defined; add at least one `[[modules]]`".to_owned();
         check.report(None, DescriptionProblem::Form(message));
     }
 

@@ -158,7 +158,7 @@ impl From<ComponentPath> for String {
     }
 }
 
-/// A component as somebody mentions it: with its module, or without where that is clear.
+/// A component as a user names it: with its module, or without if the module is known.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 #[derive(schemars::JsonSchema)]

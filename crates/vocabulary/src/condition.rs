@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "agreement", rename_all = "snake_case")]
 pub enum Condition {
-    /// There is no reference: nobody knows whether it is healthy.
+    /// There is no reference, so its condition is unknown.
     NotVerified,
     /// It has not been compared yet.
     NotCompared,

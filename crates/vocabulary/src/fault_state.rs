@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 )]
 #[serde(rename_all = "snake_case")]
 pub enum FaultState {
-    /// No change, or the explained one is over.
+    /// No change, or an explained change has ended.
     Normal,
     /// A change, not yet judged.
     Tentative,

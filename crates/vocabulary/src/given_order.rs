@@ -19,15 +19,15 @@ pub enum GivenOrderKind {
         /// Even if it is not acknowledged, or the evidence is still there.
         force: bool,
     },
-    /// Its alarm is set aside for a time. No verdict depends on it.
+    /// Its alarm is shelved for a time. No verdict depends on it.
     Shelve(Span),
     /// Its alarm counts again.
     Unshelve,
-    /// Its alarm is set aside while the module is maintained.
+    /// Its alarm is suppressed while the module is maintained.
     Suppress(Span),
     /// Its alarm counts again.
     Unsuppress,
-    /// The time for which its alarm was set aside is over; nobody ordered that.
+    /// Its shelving or suppression has expired without an order.
     Lapse {
         /// When that was noticed, by the diagnoser's clock \[ns since 1970\].
         now_unix_ns: u64,
@@ -45,7 +45,7 @@ impl GivenOrderKind {
     }
 }
 
-/// An order as it stands in the transition that it led to: what, by whom and why.
+/// The order that caused a transition: what, by whom and why.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct GivenOrder {
     /// What was ordered.

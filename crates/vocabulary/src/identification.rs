@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::encoding::Message;
 
 /// What kind of fault a component has and how large it is, as far as that is known. Published when it is first known
-/// and whenever it changes materially; given to whoever asks for the latest as long as the component is faulty.
+/// and whenever it changes materially; returned by queries as long as the component is faulty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Identification {
     /// The structure.
@@ -41,7 +41,7 @@ pub struct Candidate {
     pub kind: FaultKind,
     /// How probable it is, from 0 to 1.
     pub probability: f64,
-    /// How large it is if it is of this kind, where that means anything, in the unit of the kind: `m` of a bias and of what
+    /// Its size if it is of this kind, where the kind has one, in the kind's unit: `m` of a bias and of what
     /// a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a gain, `m²` of a leak's
     /// coefficient.
     pub size: Option<FaultSize>,
@@ -50,7 +50,7 @@ pub struct Candidate {
 /// How large a fault is, with its 95 % interval, in the unit of its kind ([`FaultKind::size_unit`]).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultSize {
-    /// The middle of what it may be.
+    /// The centre of the interval.
     pub value: f64,
     /// It is less than this with a probability of 2.5 %.
     pub low: f64,

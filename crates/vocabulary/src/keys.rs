@@ -104,7 +104,7 @@ pub enum KeyError {
     #[error("key does not read `{ROOT}/STRUCTURE/MODULE/TOPIC`")]
     Form,
     /// The last parts are not a topic.
-    #[error("`{0}` is no topic")]
+    #[error("`{0}` is not a topic")]
     Topic(String),
     /// A part is not a name.
     #[error(transparent)]

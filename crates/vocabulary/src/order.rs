@@ -23,11 +23,11 @@ pub enum OrderKind {
     Acknowledge,
     /// The component is repaired.
     Reset,
-    /// Its alarm is set aside for a time.
+    /// Its alarm is shelved for a time.
     Shelve,
     /// Its alarm counts again.
     Unshelve,
-    /// The alarms of all components of a module are set aside while it is maintained.
+    /// The alarms of all components of a module are suppressed while it is maintained.
     Suppress,
     /// They count again.
     Unsuppress,
@@ -85,9 +85,9 @@ pub struct Order {
     pub by: String,
     /// In whose name, if `by` is a program that a person uses, such as the web page.
     pub on_behalf_of: Option<String>,
-    /// Why. Needed if an alarm is set aside.
+    /// The reason. Required to shelve or suppress.
     pub note: Option<String>,
-    /// For how long an alarm is set aside, from 1 s to 31 days \[s\].
+    /// Duration of shelving or suppression, from 1 s to 31 days \[s\].
     pub for_s: Option<u64>,
     /// Reset even though the evidence is still there.
     #[serde(default)]
@@ -126,7 +126,7 @@ impl Order {
         Ok(())
     }
 
-    /// What is ordered at this time \[ns since 1970\], by whom and why.
+    /// The order given at this time \[ns since 1970\], by whom and why.
     #[must_use]
     pub fn given(self, kind: OrderKind, now_unix_ns: u64) -> GivenOrder {
         let seconds = self.for_s.unwrap_or(0);

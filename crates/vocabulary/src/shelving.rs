@@ -10,7 +10,7 @@ pub const SHELVING_SECONDS: std::ops::RangeInclusive<u64> = 1..=31 * 24 * 3600;
 /// Tolerated clock skew before the beginning of a span \[ns\].
 const SET_BACK_NS: u64 = 60_000_000_000;
 
-/// From when to when an alarm is set aside, by the clock of its module.
+/// Start and end of the shelving or suppression of an alarm, by the clock of its module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Span {
     /// When it began \[ns since 1970\].
@@ -29,7 +29,7 @@ impl Span {
     }
 }
 
-/// By whom, why and until when an alarm is set aside.
+/// Who shelved or suppressed an alarm, why and until when.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Shelving {
     /// Since when \[ns since 1970\].

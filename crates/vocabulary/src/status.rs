@@ -44,9 +44,9 @@ pub struct ModuleStatus {
     pub unknown: u64,
     /// Components that agree with their reference as of the latest window.
     pub verified: u64,
-    /// Components whose alarm is set aside, shelved or suppressed.
+    /// Components whose alarm is shelved or suppressed.
     pub shelved: u64,
-    /// If the alarms of all of them are set aside while the module is maintained, by whom, why and until when.
+    /// If the alarms of all components are suppressed during maintenance: by whom, why and until when.
     pub suppressed: Option<Shelving>,
     /// Peers' questions that wait for a step to come.
     pub waiting_questions: u64,
@@ -253,7 +253,7 @@ pub struct PeerStatus {
     pub refused: u64,
     /// Questions that it did not answer in time.
     pub timed_out: u64,
-    /// Questions that met nobody.
+    /// Questions to which no peer replied.
     pub absent: u64,
     /// Answers that did not fit, or contradict a former one.
     pub malformed: u64,

@@ -20,7 +20,7 @@ pub enum Symptom {
     /// The residual changed.
     #[default]
     Change,
-    /// There is no usable signal: values are missing, not numbers or implausible.
+    /// No usable signal: values are missing, not numbers or implausible.
     NoSignal,
     /// Its mean departs from its reference: a gage's residual \[m\], a cylinder's tracking residual \[N\].
     Departure,
@@ -39,7 +39,7 @@ pub struct Unknown {
     pub reason: String,
 }
 
-/// A transition, published when it happens and given to whoever asks for the present state.
+/// A transition, published when it happens and returned by queries for the present state.
 ///
 /// In answer to a question, a component that has had no transition yet is `normal` with sequence 0
 /// and without run, steps and evidence. As long as its module does not watch it, or cannot compare it with its
@@ -96,9 +96,9 @@ pub struct FaultTransition {
     pub order: Option<GivenOrder>,
     /// If that order was about shelving or suppression alone: the one that led to the state, if one did.
     pub state_order: Option<Box<GivenOrder>>,
-    /// If its alarm is set aside by an operator, by whom, why and until when. The state is what it would be otherwise.
+    /// If its alarm is shelved: by whom, why and until when. The state does not depend on it.
     pub shelved: Option<Shelving>,
-    /// If its alarm is set aside while its module is maintained, by whom, why and until when.
+    /// If its alarm is suppressed during maintenance: by whom, why and until when.
     pub suppressed: Option<Shelving>,
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     pub durable: bool,

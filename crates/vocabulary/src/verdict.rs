@@ -13,7 +13,7 @@ use crate::fault_state::FaultState;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "state", rename_all = "snake_case")]
 pub enum Verdict {
-    /// No change, or the explained one is over.
+    /// No change, or an explained change has ended.
     Normal,
     /// A change, not yet judged.
     Tentative,

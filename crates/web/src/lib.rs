@@ -44,8 +44,6 @@ mod router;
 mod server;
 mod stream;
 #[cfg(test)]
-mod test_server;
-#[cfg(test)]
 mod testing;
 #[cfg(test)]
 mod tests;

@@ -129,7 +129,7 @@ fn status(app: &App) -> String {
 mod tests {
     use super::*;
     use crate::listener::ListenerSettings;
-    use crate::test_server::{PageServer, Setup, WITHIN};
+    use crate::tests::server::{PageServer, Setup, WITHIN};
     use shell::shutdown;
 
     /// Both the listener and the loop around it wait for the request to end, and either may be the first to see it.

@@ -3,9 +3,11 @@
 mod reading;
 mod report;
 
+use std::time::SystemTime;
+
 use observer::{JournalEntry, Journals, ModuleHistory};
 use serde_json::{Value, json};
-use vocabulary::words::utc;
+use vocabulary::words::{parse_utc_or_ago, utc};
 use vocabulary::{ComponentPath, ModuleName};
 
 use crate::failure::Failure;
@@ -28,6 +30,12 @@ pub(crate) struct Arguments {
     /// Only these components, e.g. `module1/sensor/g2`
     #[arg(long = "component", value_name = "COMPONENT", num_args = 1.., value_delimiter = ',')]
     components: Vec<ComponentPath>,
+    /// Only from this time on: in UTC, e.g. `2026-11-21T10:00:00Z`, or ago, e.g. `2h`
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    since: Option<u64>,
+    /// Only up to this time
+    #[arg(long, value_name = "TIME", value_parser = time)]
+    until: Option<u64>,
     /// Only from this sequence number of each module on
     #[arg(long, value_name = "SEQ", default_value_t = 1)]
     from: u64,
@@ -54,9 +62,14 @@ impl Arguments {
         named
     }
 
-    /// Whether the arguments select an entry: by its component, by its module without components, or because there are
-    /// none.
+    /// Whether the arguments select an entry: by its time, and by its component, by its module without components, or
+    /// because there are none.
     fn wants(&self, entry: &JournalEntry<'_>) -> bool {
+        let time = entry.time_unix_ns();
+        if self.since.is_some_and(|since| time < since) || self.until.is_some_and(|end| time > end)
+        {
+            return false;
+        }
         let module = entry.module();
         let names_others = self.components.iter().any(|c| c.module == *module);
         let nothing_is_named = self.modules.is_empty() && self.components.is_empty();
@@ -64,6 +77,10 @@ impl Arguments {
             || self.components.iter().any(|component| entry.concerns(component))
             || (self.modules.contains(module) && !names_others)
     }
+}
+
+fn time(text: &str) -> Result<u64, String> {
+    parse_utc_or_ago(text, SystemTime::now())
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {

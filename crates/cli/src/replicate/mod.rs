@@ -119,7 +119,7 @@ fn templates(files: &[PathBuf], structure: &Structure) -> Result<Vec<Template>, 
     }
     match read.first() {
         Some(superfluous) => Err(Failure::usage(format!(
-            "{}: `{}` is no equipped module of `{}`, or is given twice; leave it out",
+            "{}: `{}` is not an equipped module of `{}`, or is given twice; remove it",
             superfluous.file().display(),
             superfluous.module(),
             structure.name

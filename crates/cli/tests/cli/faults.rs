@@ -289,7 +289,8 @@ fn without_a_connection_it_says_where_it_looked() {
     let outcome = run(&["faults", "--timeout", "0.5", "--connect", &nowhere]);
     outcome.fails(4, &[&nowhere, "within 500ms"]);
     run(&["faults"]).fails(2, &["--connect tcp/HOST:PORT"]);
-    run(&["faults", "--connect", "here"]).fails(2, &["`here` is no endpoint", "tcp/127.0.0.1"]);
+    run(&["faults", "--connect", "here"])
+        .fails(2, &["`here` is not a valid endpoint", "tcp/127.0.0.1"]);
     run(&["faults", "--connect", "tpc/127.0.0.1:7447"])
         .fails(2, &["no known protocol; use tcp, tls"]);
     run(&["faults", "--timeout", "0", "--connect", &nowhere]).fails(2, &["more than 0"]);

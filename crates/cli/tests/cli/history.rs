@@ -84,6 +84,12 @@ async fn modules_components_and_a_beginning_can_be_chosen() {
     assert_eq!(chosen, ["2 \"module2/sensor/g6\""]);
     let chosen = components(&["--module", "module1", "--from", "8"]);
     assert_eq!(chosen, ["8 \"module1/sensor/g2\"", "9 \"module1/sensor/g2\""]);
+    let only_8_and_9 =
+        ["--module", "module1", "--since", "2026-11-18T11:06:42Z", "--until", "2030-01-01"];
+    assert_eq!(components(&only_8_and_9).len(), 2);
+    assert_eq!(components(&["--until", "2026-01-01 00:00"]), [""; 0]);
+    let yesterday = tower.run(&["history", "--since", "yesterday"]);
+    yesterday.fails(2, &["invalid time `yesterday`: expected UTC, e.g. `2026", "or a time ago"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

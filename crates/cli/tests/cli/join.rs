@@ -63,7 +63,7 @@ fn what_would_not_be_valid_is_left_as_it_is() {
     let before = fs::read_to_string(&file).unwrap();
     let name = file.display().to_string();
     join("tcp/192.0.2.10:7447", &file, &tls).fails(3, &["write `tls/192.0.2.10:7447`"]);
-    join("nowhere", &file, &tls).fails(3, &[&name, "`nowhere` is no endpoint"]);
+    join("nowhere", &file, &tls).fails(3, &[&name, "`nowhere` is not a valid endpoint"]);
     let (_, other) = parts(&folder, "plant");
     join(ROUTER, &file, &other).fails(3, &["issued to `plant.tower`, but this is `module1.tower`"]);
     assert_eq!(fs::read_to_string(&file).unwrap(), before);

@@ -229,7 +229,7 @@ fn waited_for(
         if !equipped.contains(module) {
             let known: Vec<String> = equipped.iter().map(|name| format!("`{name}`")).collect();
             let problem =
-                format!("there is no equipped module `{module}`; use one of {}", known.join(", "));
+                format!("unknown equipped module `{module}`: expected one of {}", known.join(", "));
             errors.add(&document.file, document.line(&["wait_for"]), problem);
         }
     }

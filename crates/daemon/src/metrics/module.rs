@@ -21,7 +21,7 @@ const STATES: [FaultState; 7] = [
     FaultState::Acknowledged,
 ];
 
-/// The ways in which an alarm is set aside.
+/// How an alarm can be shelved or suppressed.
 const HOW: [&str; 2] = ["shelved", "suppressed"];
 
 /// The metrics that have a counter for each value of a label, with their help and the label.
@@ -52,16 +52,16 @@ pub(crate) struct ComponentReport {
     pub(crate) state: FaultState,
     /// Divergence by threshold; `None` while undefined.
     pub(crate) ratio: Option<f64>,
-    /// Which ways its alarm is set aside.
+    /// The shelving and suppression of its alarm.
     pub(crate) aside: Vec<AsideReport>,
 }
 
-/// That an alarm is set aside.
+/// The shelving or suppression of an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct AsideReport {
     /// `shelved` or `suppressed`.
     pub(crate) how: &'static str,
-    /// When that is over \[ns since 1970\].
+    /// Its end \[ns since 1970\].
     pub(crate) until_unix_ns: u64,
 }
 
@@ -157,7 +157,7 @@ fn write_set_aside(
     components: &[ComponentReport],
     sheet: &mut Sheet<'_>,
 ) -> fmt::Result {
-    let help = "Components whose alarm is set aside, shelved or suppressed.";
+    let help = "Components whose alarm is shelved or suppressed.";
     sheet.gauge("trusswatch_components_set_aside", help, status.shelved)?;
     let help = "1 while the alarms of all components are suppressed, for the module is maintained.";
     let is_suppressed = u64::from(status.suppressed.is_some());
@@ -169,7 +169,7 @@ fn write_set_aside(
             ([component.component.to_string(), how.to_owned()], u64::from(is_aside))
         })
     });
-    let help = "1 for a component whose alarm is set aside this way.";
+    let help = "1 for a component whose alarm is shelved or suppressed, by `how`.";
     sheet.gauges_of_two(name, help, ["component", "how"], each)?;
     let ends = components.iter().flat_map(|component| {
         component.aside.iter().map(|aside| {
@@ -177,7 +177,7 @@ fn write_set_aside(
             (labels, seconds_of_ns(aside.until_unix_ns))
         })
     });
-    let help = "When the alarm counts again that is set aside this way.";
+    let help = "End of the shelving or suppression of the alarm.";
     let name = "trusswatch_component_set_aside_end_timestamp";
     sheet.seconds_of_two(name, help, ["component", "how"], ends)
 }

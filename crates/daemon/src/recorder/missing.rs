@@ -37,7 +37,7 @@ pub(super) struct MissingRange {
     pub(super) epoch: u64,
     pub(super) from: u64,
     pub(super) to: u64,
-    /// They were before the recorder: what cannot be had is no loss.
+    /// Published before the recorder started: not a loss if they cannot be fetched.
     pub(super) is_past: bool,
 }
 
@@ -65,7 +65,7 @@ pub(super) struct NumberedStreams(BTreeMap<String, Vec<NumberedStream>>);
 #[derive(Debug)]
 struct NumberedStream {
     epoch: u64,
-    /// The first that was published while it was recorded: what is missing before it is no loss.
+    /// The first published since the recorder started; missing earlier ones are not a loss.
     first: u64,
     gaps: Gaps,
     /// The latest step that a diagnoser has taken though its sample had not arrived, and when it first said so.
@@ -213,7 +213,7 @@ impl NumberedStream {
 
     fn taken_by_diagnoser(&mut self, step: u64, now: Instant) {
         let next = self.gaps.end();
-        // What is beyond that no publisher keeps, and nobody has taken.
+        // No publisher keeps messages further ahead, and no diagnoser can have taken them.
         if step < next || step - next > REMEMBERED {
             return;
         }

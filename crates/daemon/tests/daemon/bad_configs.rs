@@ -94,7 +94,7 @@ fn an_address_for_health_that_is_none_is_refused_with_its_line() {
             _ => copy.module_errors(),
         };
         let expected = format!(
-            "{file}:{line}: `localhost` is no address with a port; write e.g. `127.0.0.1:9464`"
+            "{file}:{line}: `localhost` is not an address with a port; write e.g. `127.0.0.1:9464`"
         );
         assert!(error.contains(&expected), "{error}");
     }
@@ -200,7 +200,7 @@ fn a_file_of_zenoh_settings_that_is_none_is_named_and_excludes_the_mode() {
         .unwrap();
     copy.spoil("module1.toml", "[network]", "[network]\nzenoh = \"bad.json5\"\nmode = \"peer\"");
     let error = copy.module_errors();
-    assert!(error.contains("bad.json5` is no file of Zenoh settings"), "{error}");
+    assert!(error.contains("bad.json5` is not a file of Zenoh settings"), "{error}");
     assert!(error.contains("`mode` has no effect beside `zenoh`"), "{error}");
 }
 

@@ -114,7 +114,7 @@ fn an_address_for_health_must_be_one_and_be_free() {
         assert!(stderr.contains(&expected) && stderr.contains("free the port"), "{stderr}");
         let (code, _, stderr) = run("9464");
         assert_eq!(code, 3, "{stderr}");
-        assert!(stderr.contains("--health: `9464` is no address with a port"), "{stderr}");
+        assert!(stderr.contains("--health: `9464` is not an address with a port"), "{stderr}");
     }
 }
 

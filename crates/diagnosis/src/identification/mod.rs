@@ -16,7 +16,7 @@ mod points;
 mod signature;
 
 #[cfg(test)]
-mod any_series;
+mod any_series_test;
 
 use vocabulary::{Candidate, Component, FaultSize, RunId, SignaturePoint, Step, fault::FaultKind};
 

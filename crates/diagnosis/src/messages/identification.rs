@@ -28,7 +28,7 @@ impl Speaker {
     }
 }
 
-/// JSON has no infinities: a size that is not finite is none.
+/// A size that is not finite is omitted, because JSON has no infinities.
 fn writable(candidate: Candidate) -> Candidate {
     let is_finite = |FaultSize { value, low, high }: &FaultSize| {
         [value, low, high].iter().all(|bound| bound.is_finite())

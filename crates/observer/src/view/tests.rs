@@ -330,6 +330,6 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     let expected =
         "m1/sensor/g1: no answer within 3s; the command may or may not have been carried out";
     assert_eq!(words(unanswered), expected);
-    let not_sent = OrderOutcome::not_sent("there is no network");
-    assert_eq!(words(not_sent), "m1/sensor/g1: there is no network; no command was sent");
+    let not_sent = OrderOutcome::not_sent("the network is not connected");
+    assert_eq!(words(not_sent), "m1/sensor/g1: the network is not connected; no command was sent");
 }

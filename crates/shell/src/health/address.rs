@@ -64,7 +64,7 @@ fn parse(
 ) -> Option<SocketAddr> {
     let address = text.parse();
     if address.is_err() {
-        errors.add(file, line, format!("`{text}` is no address with a port; {RIGHT}"));
+        errors.add(file, line, format!("`{text}` is not an address with a port; {RIGHT}"));
     }
     address.ok()
 }

@@ -88,7 +88,7 @@ fn why_not_changed(account: &Account, faulty: &FaultyChannel) -> String {
         ),
         Some((_, ratio)) => format!(
             "its divergence was above its threshold before the fault began, and going up to \
-             {} the threshold is no new change",
+             {} the threshold is not a new change",
             times(ratio)
         ),
         None => "the run ended before the fault began".to_owned(),

@@ -78,7 +78,7 @@ fn a_frame_that_is_not_there_yet_is_asked_for_again_and_one_that_is_there_is_not
         "{again:?}"
     );
     assert_eq!(model.on_tick(NOW + 11 * SECOND), []);
-    let frame = Box::new(crate::screens::frame());
+    let frame = Box::new(crate::screens_test::frame());
     model.on_answer(TaskResult::Frame(subject, Ok(frame)));
     assert_eq!(model.on_tick(NOW + 60 * SECOND), []);
 }
@@ -194,12 +194,12 @@ fn history_is_asked_for_and_without_a_network_says_so() {
     let [ModelEffect::History(of)] = &effects[..] else { panic!("{effects:?}") };
     let ComponentId { structure, component } = of;
     let mut history = ModuleHistory::new(structure, &component.module, 1);
-    history.broken_off = Some(QueryError::NotAsked("there is no network".to_owned()));
+    history.broken_off = Some(QueryError::NotAsked("the network is not connected".to_owned()));
     model.on_answer(TaskResult::History(of.clone(), Box::new(history)));
     let journal = model.journal.as_ref().unwrap();
     assert_eq!(
         journal.entries,
-        Fetched::Missing("m1: there is no network; its history is unavailable".to_owned())
+        Fetched::Missing("m1: the network is not connected; its history is unavailable".to_owned())
     );
     keys(&mut model, "\x1b");
     assert!(model.journal.is_none());

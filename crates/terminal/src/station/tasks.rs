@@ -93,7 +93,7 @@ impl Tasks {
 }
 
 fn no_network() -> String {
-    "there is no network".to_owned()
+    "the network is not connected".to_owned()
 }
 
 async fn order(

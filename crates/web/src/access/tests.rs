@@ -15,7 +15,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 use super::one_time_link::{self, Invitation};
 use super::{AccessSettings, one_time_link as make_link};
 use crate::listener::TlsFiles;
-use crate::test_server::{Answer, Browser, PageServer, Request, Setup};
+use crate::tests::server::{Answer, Browser, PageServer, Request, Setup};
 
 const COMPONENT: (&str, &str) = ("component", "module1/sensor/g2");
 

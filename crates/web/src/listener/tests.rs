@@ -5,7 +5,7 @@ use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::time::timeout;
 
 use super::{ListenError, Listener, ListenerSettings, OF_SOURCE};
-use crate::test_server::{PageServer, Setup, WITHIN};
+use crate::tests::server::{PageServer, Setup, WITHIN};
 
 #[tokio::test(flavor = "multi_thread")]
 async fn the_end_waits_for_no_page_that_stays_open() {

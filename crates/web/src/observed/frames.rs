@@ -12,7 +12,9 @@ pub(crate) type Frame = Result<Arc<str>, Arc<str>>;
 impl Observed {
     /// The freeze frame of a component's present fault, as SVG text.
     pub(crate) async fn frame(&self, fault: &FaultTransition) -> Frame {
-        let Some(session) = self.session() else { return Err("there is no network".into()) };
+        let Some(session) = self.session() else {
+            return Err("the network is not connected".into());
+        };
         let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);
         let fetch = || async {
             let frame = observer::freeze_frame_of(&session, fault, self.timeout).await;

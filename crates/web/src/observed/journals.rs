@@ -24,7 +24,7 @@ impl Observed {
         if let Some(why) = module.why_unheard() {
             return none(why);
         }
-        let Some(session) = self.session() else { return none("there is no network") };
+        let Some(session) = self.session() else { return none("the network is not connected") };
         let history =
             || observer::history(&session, structure, &module.module, since, self.timeout);
         let fetch = || async { Arc::new(history().await) };

@@ -58,7 +58,7 @@ async fn order(
 /// Sends the order and waits for the answer.
 async fn give(app: &App, given: FormOrder) -> OrderOutcome {
     let Some(session) = app.observed.session() else {
-        return OrderOutcome::not_sent("there is no network");
+        return OrderOutcome::not_sent("the network is not connected");
     };
     match structure(app, &session, &given).await {
         Ok(structure) => {

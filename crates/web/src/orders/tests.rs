@@ -7,7 +7,7 @@ use tokio::time::{sleep, timeout};
 use vocabulary::{Order, OrderKind};
 
 use crate::access::AccessSettings;
-use crate::test_server::{Browser, PageServer, Setup, StandIn, WITHIN};
+use crate::tests::server::{Browser, PageServer, Setup, StandIn, WITHIN};
 
 const COMPONENT: (&str, &str) = ("component", "module1/sensor/g2");
 

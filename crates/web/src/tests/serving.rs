@@ -23,8 +23,8 @@ use crate::config::WebConfig;
 use crate::listener::{Listener, ListenerSettings};
 use crate::router::router;
 use crate::server::app;
-use crate::test_server::Browser;
 use crate::testing::{component, latched, status};
+use crate::tests::server::Browser;
 
 /// However loaded the machine is.
 const SOON: Duration = Duration::from_secs(60);

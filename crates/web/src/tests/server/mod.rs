@@ -109,7 +109,7 @@ fn live(network: Option<String>) -> Live {
     let open = move || {
         let network = network.clone();
         async move {
-            let connect = vec![network.ok_or("there is no network")?];
+            let connect = vec![network.ok_or("the network is not connected")?];
             let network = Network { connect, ..Network::default() };
             session::open(&network).await.map_err(|error| error.to_string())
         }
