@@ -24,6 +24,7 @@ mod health;
 mod history;
 mod inject;
 mod join;
+mod learn;
 mod link;
 mod model;
 mod order;
@@ -63,6 +64,7 @@ pub fn run() -> ExitCode {
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         TopCommand::Model(arguments) => model::run(&arguments),
         TopCommand::Detect(arguments) => detect::run(&arguments),
+        TopCommand::Learn(arguments) => learn::run(&arguments),
         TopCommand::Replay(arguments) => replay::run(&arguments),
         TopCommand::Export(arguments) => export::run(&arguments),
         TopCommand::Demo(arguments) => demo::run(&arguments),

@@ -15,6 +15,7 @@ mod fixture;
 mod freeze_frames;
 mod golden;
 mod inputs;
+mod learned;
 mod liars;
 mod long_run;
 mod lossy_peers;

@@ -47,6 +47,9 @@ pub(super) struct Clock {
     /// Of the column that tells, if one does.
     pub(super) place: Option<usize>,
     is_step: bool,
+    /// Seconds of its unit, if its cells are numbers.
+    unit_s: f64,
+    first: Option<Moment>,
     last: Option<Moment>,
     /// The latest time differences, in no order.
     recent: Vec<f64>,
@@ -59,6 +62,8 @@ struct Moment {
     value: f64,
     /// A time of day, which begins anew at midnight.
     of_day: bool,
+    /// In seconds, whatever the unit of numbers.
+    is_date: bool,
 }
 
 impl Clock {
@@ -69,7 +74,15 @@ impl Clock {
 
     /// Reads this column.
     pub(super) fn of_column(place: usize, name: &str) -> Clock {
-        Clock { place: Some(place), is_step: name == STEP, ..Clock::default() }
+        let is_step = name == STEP;
+        Clock { place: Some(place), is_step, unit_s: unit_s(name), ..Clock::default() }
+    }
+
+    /// The time from the first row to the latest \[s\]; `None` if no column tells it.
+    pub(super) fn passed_s(&self) -> Option<f64> {
+        let (first, last) = self.first.zip(self.last)?;
+        let unit_s = if last.is_date { 1.0 } else { self.unit_s };
+        Some((last.value - first.value) * unit_s).filter(|_| !self.is_step)
     }
 
     /// Rows missing before this one, whose cell this is; of the first row, its step.
@@ -80,7 +93,7 @@ impl Clock {
     ) -> Result<u64, ClockError> {
         if self.is_step {
             let step = whole_step(cell, mark).map_err(ClockError::Cell)?;
-            return match self.last.replace(Moment { value: step, of_day: false }) {
+            return match self.last.replace(Moment { value: step, of_day: false, is_date: false }) {
                 Some(last) if step <= last.value => Err(ClockError::Order(format!(
                     "step {step} after step {}; give each step once, rising",
                     last.value
@@ -94,7 +107,7 @@ impl Clock {
             return Err(ClockError::Cell(format!("`{text}` is not a time")));
         };
         let Some(last) = self.last else {
-            self.last = Some(now);
+            (self.first, self.last) = (Some(now), Some(now));
             return Ok(0);
         };
         if now.of_day {
@@ -148,6 +161,19 @@ pub(super) fn is_time_name(name: &str) -> bool {
     TIMES.contains(&name)
 }
 
+/// Seconds of the unit in a column's name, else one second.
+fn unit_s(name: &str) -> f64 {
+    let unit = name.rsplit(['_', '[', '(']).next().unwrap_or(name);
+    match unit.trim_end_matches([']', ')']).trim().to_lowercase().as_str() {
+        "ns" => 1e-9,
+        "us" | "µs" | "μs" => 1e-6,
+        "ms" => 1e-3,
+        "min" => 60.0,
+        "h" => 3600.0,
+        _ => 1.0,
+    }
+}
+
 /// Does a clock read this cell?
 pub(super) fn is_moment(text: &str) -> bool {
     moment(text, &mut None).is_some()
@@ -160,7 +186,7 @@ pub(super) fn is_date(text: &str) -> bool {
 
 fn moment(text: &str, mark: &mut Option<DecimalMark>) -> Option<Moment> {
     match number(text.as_bytes(), mark) {
-        Ok(value) if value.is_finite() => Some(Moment { value, of_day: false }),
+        Ok(value) if value.is_finite() => Some(Moment { value, of_day: false, is_date: false }),
         Ok(_) | Err(_) => date(text),
     }
 }
@@ -172,7 +198,13 @@ fn date(text: &str) -> Option<Moment> {
     let (day, rest) = match text.split_once(['T', ' ']) {
         Some((day, rest)) => (days(day)?, rest.trim()),
         None if text.contains(':') => (None, text),
-        None => return days(text)?.map(|days| Moment { value: days * DAY_S, of_day: false }),
+        None => {
+            return days(text)?.map(|days| Moment {
+                value: days * DAY_S,
+                of_day: false,
+                is_date: true,
+            });
+        }
     };
     let rest = rest.trim_end_matches(['Z', 'z']);
     let end = rest.find(|c: char| !c.is_ascii_digit() && !":.,".contains(c)).unwrap_or(rest.len());
@@ -191,7 +223,7 @@ fn date(text: &str) -> Option<Moment> {
         }
     }
     let value = day.map_or(seconds, |days| days * DAY_S + seconds);
-    Some(Moment { value, of_day: day.is_none() })
+    Some(Moment { value, of_day: day.is_none(), is_date: true })
 }
 
 /// `hh:mm` or `hh:mm:ss.fff` in seconds.

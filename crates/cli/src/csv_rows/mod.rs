@@ -209,6 +209,12 @@ impl CsvRows {
         self.channels.iter().map(|channel| channel.name.clone()).collect()
     }
 
+    /// The time between two rows so far \[s\], if a column tells it.
+    pub(crate) fn step_s(&self) -> Option<f64> {
+        let steps = self.next_step.checked_sub(1).filter(|steps| *steps > 0)?;
+        Some(self.clock.passed_s()? / steps as f64).filter(|step_s| *step_s > 0.0)
+    }
+
     /// Must the next row be waited for?
     pub(crate) fn is_drained(&self) -> bool {
         self.ahead.is_empty() && self.input.is_drained()

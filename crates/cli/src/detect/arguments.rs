@@ -25,6 +25,9 @@ use crate::csv_rows::TableFlags;
 /// All channels share one set of settings: channels of different units are best run one by one
 /// with --columns. With --config each column is watched as the module's diagnoser does it: a gap of a few
 /// steps is filled, after a long one the channel is learnt anew.
+///
+/// With the --config of a module that `learn` made, columns are readings, and every sensor and input is judged: faulty,
+/// with kind, size and what it should have read; without a signal; or unknown, with the reason.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Table with a header row; `-` reads standard input. Or, with --config, files of `trusswatch record` (MCAP), of
@@ -69,6 +72,9 @@ pub(crate) struct Arguments {
     /// Only these columns, separated by commas: names, or numbers from 1 such as `#3`
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(super) columns: Option<Vec<String>>,
+    /// Rows per second, if no column of times tells it; with a learned module
+    #[arg(long, value_name = "HZ", requires = "modules", value_parser = crate::learn::rate)]
+    pub(super) rate: Option<f64>,
     #[command(flatten)]
     pub(super) table: TableFlags,
     /// Print one line of JSON for each row

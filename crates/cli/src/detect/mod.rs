@@ -3,6 +3,7 @@
 mod arguments;
 mod channels;
 mod detector;
+mod learned;
 mod leaving;
 mod report;
 mod tally;
@@ -21,6 +22,9 @@ use report::DetectionReport;
 use tally::TableTally;
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let Some(module) = learned::load(&arguments.modules)? {
+        return learned::run(arguments, module);
+    }
     let modules = channels::load(&arguments.modules, arguments.columns.as_deref())?;
     let (input, name) = open(arguments, &modules)?;
     let rows = CsvRows::open(input, name, &arguments.table, |header| match &modules[..] {

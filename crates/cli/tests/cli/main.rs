@@ -21,6 +21,7 @@ mod health;
 mod history;
 mod inject;
 mod join;
+mod learn;
 mod model;
 mod orders;
 mod pki;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::fault_set::{is_evidence, largest_evidence, smallest};
+use super::fault_set::{SetRule, is_evidence, largest_evidence, smallest};
 use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
 use super::track::{Departed, Track, WindowFinding, WindowOutcome};
@@ -241,14 +241,14 @@ impl StateDetector {
     }
 
     fn is_suspicious(&self, alone: &Pending) -> bool {
-        let threshold = self.threshold(alone);
+        let rule = SetRule::of(self.threshold(alone));
         let suspicious = match self.length {
             WindowLength::Short => SUSPICION_SHORT,
             WindowLength::Long => SUSPICION,
         };
-        let suspicion = self.compare(alone).map(|comparison| {
-            largest_evidence(&comparison, 0..self.gages(), threshold) > suspicious
-        });
+        let suspicion = self
+            .compare(alone)
+            .map(|comparison| largest_evidence(&comparison, 0..self.gages(), rule) > suspicious);
         suspicion.unwrap_or(false)
     }
 
@@ -368,7 +368,7 @@ impl StateDetector {
     fn of_cylinder(&self, comparison: &GaussianComparison, values: [f64; 4]) -> WindowOutcome {
         let threshold = self.reference.cylinder_threshold;
         // If not one of the two explains it, both have departed.
-        let set = smallest(comparison, &[0, 1], threshold);
+        let set = smallest(comparison, &[0, 1], SetRule::of(threshold));
         let place = match set.as_deref() {
             Some([]) => return WindowOutcome::Agrees,
             Some([displaced, ..]) => displaced.place,
@@ -395,7 +395,7 @@ impl StateDetector {
         };
         let candidates: Vec<usize> = (0..self.reference.gages.len()).collect();
         let threshold = self.threshold(pending);
-        let Some(set) = smallest(&comparison, &candidates, threshold) else {
+        let Some(set) = smallest(&comparison, &candidates, SetRule::of(threshold)) else {
             return vec![WindowOutcome::CannotTell(Obstacle::NoSetFits); gages];
         };
         let rest = set.iter().fold(comparison, |rest, displaced| rest.without(displaced.place));
@@ -445,7 +445,7 @@ impl StateDetector {
         let departure = self.means().means.compare(&values).and_then(|all| all.departure(place));
         let threshold = self.threshold(pending);
         match departure {
-            Some(departure) if is_evidence(departure, threshold) => {
+            Some(departure) if is_evidence(departure, SetRule::of(threshold)) => {
                 displaced_gage(means.residual_m, departure, threshold)
             }
             _ => WindowOutcome::Agrees,

@@ -6,7 +6,7 @@
 
 use super::gaussian::{GaussianComparison, ValueDeparture};
 
-/// Most values that may be displaced.
+/// Most values that may be displaced in a commissioned module.
 const LARGEST_SET: usize = 3;
 /// Sets of each size that are grown further.
 const GROWN: usize = 16;
@@ -14,6 +14,24 @@ const GROWN: usize = 16;
 const BY_FAR: f64 = 2.6;
 /// What is less likely by no more than this may be meant just as well (twice the logarithm of the likelihood).
 const AS_LIKELY: f64 = 12.0;
+
+/// What counts as evidence of a displacement, and how many values may be displaced.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SetRule {
+    /// z' above which there is evidence.
+    pub(crate) threshold: f64,
+    /// z above which there is evidence, whatever z' is.
+    pub(crate) by_far: f64,
+    /// The most values that may be displaced.
+    pub(crate) largest: usize,
+}
+
+impl SetRule {
+    /// The rule of a commissioned module.
+    pub(crate) fn of(threshold: f64) -> Self {
+        Self { threshold, by_far: BY_FAR * threshold, largest: LARGEST_SET }
+    }
+}
 
 /// A displaced value.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,34 +45,34 @@ pub(crate) struct Displaced {
 }
 
 /// Is there evidence that the value at this place is displaced?
-pub(crate) fn is_evidence(departure: ValueDeparture, threshold: f64) -> bool {
-    departure.predicted > threshold || departure.plain > BY_FAR * threshold
+pub(crate) fn is_evidence(departure: ValueDeparture, rule: SetRule) -> bool {
+    departure.predicted > rule.threshold || departure.plain > rule.by_far
 }
 
 /// The largest evidence at any of these places, as a share of the threshold.
 pub(crate) fn largest_evidence(
     comparison: &GaussianComparison,
     places: impl Iterator<Item = usize>,
-    threshold: f64,
+    rule: SetRule,
 ) -> f64 {
     let share = |departure: ValueDeparture| {
-        (departure.predicted / threshold).max(departure.plain / (BY_FAR * threshold))
+        (departure.predicted / rule.threshold).max(departure.plain / rule.by_far)
     };
     places.filter_map(|place| comparison.departure(place)).map(share).fold(0.0, f64::max)
 }
 
-/// The smallest set of displaced values among the candidates; `None` if none of at most three explains it.
+/// The smallest set of displaced values among the candidates; `None` if no set that is small enough explains it.
 pub(crate) fn smallest(
     all: &GaussianComparison,
     candidates: &[usize],
-    threshold: f64,
+    rule: SetRule,
 ) -> Option<Vec<Displaced>> {
     let is_clean = |rest: &GaussianComparison| {
         let departures = candidates.iter().filter_map(|place| rest.departure(*place));
-        departures.into_iter().all(|departure| !is_evidence(departure, threshold))
+        departures.into_iter().all(|departure| !is_evidence(departure, rule))
     };
     let mut sets = vec![(Vec::new(), all.clone())];
-    for _ in 0..=LARGEST_SET {
+    for _ in 0..=rule.largest {
         if let Some((set, rest)) = sets.iter().find(|(_, rest)| is_clean(rest)) {
             return Some(
                 set.iter().map(|place| describe(all, set, *place, rest, candidates)).collect(),
@@ -151,7 +169,7 @@ mod tests {
             values[*place] += size;
         }
         let comparison = gaussian().compare(&values).unwrap();
-        smallest(&comparison, &(0..8).collect::<Vec<_>>(), THRESHOLD)
+        smallest(&comparison, &(0..8).collect::<Vec<_>>(), SetRule::of(THRESHOLD))
     }
 
     #[test]

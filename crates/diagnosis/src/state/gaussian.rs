@@ -62,6 +62,19 @@ impl Gaussian {
         Self::learn(&observations, least)
     }
 
+    /// The Gaussian with this mean and covariance.
+    pub(crate) fn of_covariance(
+        snippets: usize,
+        mean: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Self {
+        let deviation: Vec<f64> = covariance.diagonal().iter().map(|v| v.sqrt()).collect();
+        let correlation = |a: usize, b: usize| covariance[(a, b)] / (deviation[a] * deviation[b]);
+        let rows = 0..mean.len();
+        let correlations = rows.map(|a| (0..a).map(|b| correlation(a, b)).collect()).collect();
+        Self { snippets, mean: mean.iter().copied().collect(), deviation, correlations }
+    }
+
     /// Adds a share of another's covariance, of its values at these places.
     pub(crate) fn widen(&mut self, other: &Gaussian, places: &[usize], share: f64) {
         let size = self.mean.len();
@@ -105,6 +118,13 @@ impl Gaussian {
             && self.deviation.iter().all(|deviation| deviation.is_finite() && *deviation > 0.0)
             && self.correlations.iter().flatten().all(|r| r.is_finite() && r.abs() <= 1.0 + 1e-9)
             && self.precision(&(0..size).collect::<Vec<_>>()).is_some()
+    }
+
+    /// The standard deviation of a value given all others, as predicted from so few snippets.
+    pub(crate) fn deviation_given_others(&self, place: usize) -> f64 {
+        let places: Vec<usize> = (0..self.mean.len()).collect();
+        let spread = (1.0 + 1.0 / self.snippets as f64).sqrt();
+        self.regression(&places, place).map_or(f64::NAN, |(_, deviation)| spread * deviation)
     }
 
     /// How much each of these values must be displaced for its z' to reach a threshold, on average, if only they are

@@ -8,6 +8,7 @@ mod detector;
 mod detectors;
 mod fault_set;
 mod gaussian;
+pub mod learned;
 mod reference;
 mod snippet;
 mod threshold;

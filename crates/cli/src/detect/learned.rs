@@ -1,0 +1,198 @@
+//! Readings judged by a module that `learn` made.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use diagnosis::state::learned::{
+    ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedJudge, LearnedModule,
+};
+use serde_json::{Map, Value, json};
+
+use super::arguments::Arguments;
+use crate::csv_rows::CsvRows;
+use crate::failure::Failure;
+use crate::learn;
+use crate::output;
+use crate::table::{table, terminal_width};
+
+/// Rows by which the sampling rate is known.
+const ROWS_FOR_RATE: usize = 200;
+
+/// The learned module, if that is what the configuration holds.
+///
+/// # Errors
+/// A learned module with mistakes, or beside others.
+pub(super) fn load(files: &[PathBuf]) -> Result<Option<LearnedModule>, Failure> {
+    let [file] = files else { return Ok(None) };
+    let text = std::fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
+    // Whatever else it is, it is read and complained of as a diagnoser's configuration.
+    let is_learned = toml::from_str::<toml::Table>(&text)
+        .is_ok_and(|table| table.contains_key("change_threshold"));
+    if !is_learned {
+        return Ok(None);
+    }
+    let problem = |problem: String| Failure::input(format!("{}: {problem}", file.display()));
+    let module: LearnedModule =
+        toml::from_str(&text).map_err(|error| problem(error.to_string()))?;
+    module.check().map_err(problem)?;
+    Ok(Some(module))
+}
+
+/// Judges a table.
+pub(super) fn run(arguments: &Arguments, module: LearnedModule) -> Result<(), Failure> {
+    let [file] = &arguments.files[..] else {
+        return Err(Failure::usage("a learned module judges one table at a time; give one FILE"));
+    };
+    let names: Vec<String> = module.channels.iter().map(|channel| channel.name.clone()).collect();
+    let (rows, name) = learn::open(file, &names, &arguments.table)?;
+    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut report = LearnedReport { names: &names, json: arguments.json, out: &mut out };
+    if !arguments.json {
+        writeln!(report.out, "{name}: rows are counted from 0")?;
+    }
+    let judged = judge(arguments, &module, rows, &mut report);
+    out.flush()?;
+    judged
+}
+
+fn judge(
+    arguments: &Arguments,
+    module: &LearnedModule,
+    mut rows: CsvRows,
+    report: &mut LearnedReport<'_, impl Write>,
+) -> Result<(), Failure> {
+    let missing = vec![f64::NAN; report.names.len()];
+    // Until the rate is known, rows wait.
+    let mut waiting: Vec<Vec<f64>> = Vec::new();
+    let mut judge: Option<LearnedJudge> = None;
+    let mut next = None;
+    let mut all = 0_u64;
+    loop {
+        let row = rows.next_row()?;
+        let ended = row.is_none();
+        if let Some(row) = row {
+            let usable = row.problem.is_none();
+            if let Some(problem) = row.problem.filter(|_| !arguments.table.skip_bad) {
+                return Err(Failure::input(format!("{}, {problem}", rows.name())));
+            }
+            let values = if usable { row.values } else { &missing };
+            let step = if usable { row.step } else { next.unwrap_or(0) };
+            let gap = next.map_or(0, |next: u64| step.saturating_sub(next));
+            (0..gap).for_each(|_| waiting.push(missing.clone()));
+            waiting.push(values.to_vec());
+            next = Some(step + 1);
+            all += 1;
+        }
+        if judge.is_none() && (ended || arguments.rate.is_some() || waiting.len() > ROWS_FOR_RATE) {
+            let step_s = learn::step_s(&rows, arguments.rate)?;
+            judge = Some(LearnedJudge::new(module.clone(), step_s));
+        }
+        if let Some(judge) = &mut judge {
+            for sample in waiting.drain(..) {
+                judge.take(&sample).iter().try_for_each(|verdict| report.verdict(verdict))?;
+            }
+        }
+        if ended {
+            break;
+        }
+    }
+    rows.print_remarks();
+    let Some(judge) = judge.filter(|judge| judge.windows() > 0) else {
+        let name = rows.name();
+        return Err(Failure::input(format!(
+            "{name}: nothing was judged: {all} rows are less than a window of {} s",
+            module.window_s
+        )));
+    };
+    let (verdicts, summary) = judge.finish();
+    verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+    Ok(report.summary(all, &summary)?)
+}
+
+struct LearnedReport<'a, W> {
+    names: &'a [String],
+    json: bool,
+    out: W,
+}
+
+impl<W: Write> LearnedReport<'_, W> {
+    fn verdict(&mut self, verdict: &ChannelVerdict) -> Result<(), Failure> {
+        let component = verdict.channel.map(|channel| self.names[channel].as_str());
+        let ChannelVerdict { state, first, last, lasts, reason, fault, .. } = verdict;
+        if self.json {
+            let mut document = json!({
+                "component": component,
+                "state": state.as_str(),
+                "first_index": first,
+                "last_index": last,
+                "lasts": lasts,
+                "reason": reason,
+            });
+            if let (Some(fault), Value::Object(document)) = (fault, &mut document) {
+                document.extend(fault_fields(fault));
+            }
+            write!(self.out, "{}", output::line(&json!({ "verdict": document }))?)?;
+        } else {
+            let end = if *lasts { " (the end)" } else { "" };
+            let what = fault.map_or_else(String::new, |fault| format!(": {}", fault_words(&fault)));
+            let who = component.unwrap_or("all others");
+            let state = state.as_str().replace('_', " ");
+            writeln!(self.out, "{who}: {state}, rows {first} to {last}{end}{what}; {reason}")?;
+        }
+        Ok(self.out.flush()?)
+    }
+
+    fn summary(&mut self, rows: u64, summaries: &[ChannelSummary]) -> Result<(), Failure> {
+        let each = self.names.iter().zip(summaries);
+        if self.json {
+            let components: Map<String, Value> = each
+                .map(|(name, one)| {
+                    let (state, first, normal) = (one.state.as_str(), one.first, one.normal);
+                    let value =
+                        json!({ "state": state, "first_index": first, "normal_share": normal });
+                    (name.clone(), value)
+                })
+                .collect();
+            let document = json!({ "summary": { "rows": rows, "components": components } });
+            write!(self.out, "{}", output::line(&document)?)?;
+            return Ok(());
+        }
+        let mut rows = table(&["channel", "worst state", "from row", "normal for"]);
+        for (name, one) in each {
+            let normal = format!("{:.1} %", 100.0 * one.normal);
+            let state = one.state.as_str().replace('_', " ");
+            rows.add_row([name.clone(), state, one.first.to_string(), normal]);
+        }
+        rows.align_right(2..4);
+        Ok(writeln!(self.out, "\n{}", rows.text(terminal_width()))?)
+    }
+}
+
+fn fault_fields(fault: &FittedKind) -> Map<String, Value> {
+    let FittedKind { kind, decided, size, expected, within } = *fault;
+    let fields = json!({
+        "kind": kind.as_str(),
+        "decided": decided,
+        "size": size,
+        "expected": expected,
+        "expected_low": expected - within,
+        "expected_high": expected + within,
+    });
+    match fields {
+        Value::Object(fields) => fields,
+        _ => Map::new(),
+    }
+}
+
+fn fault_words(fault: &FittedKind) -> String {
+    let FittedKind { kind, decided, size, expected, within } = *fault;
+    let size = match kind {
+        DisplacementKind::Drift => format!("drift of {size:.4} per second"),
+        DisplacementKind::Gain => format!("gain of {size:.3}"),
+        DisplacementKind::Stuck => format!("stuck, off by {size:.4} at last"),
+        DisplacementKind::Zero => format!("zero output, off by {size:.4} at last"),
+        DisplacementKind::Bias => format!("bias of {size:.4}"),
+    };
+    let doubt = if decided { "" } else { " (kind not decided)" };
+    format!("{size}{doubt}; at its end it should have read {expected:.4} ± {within:.4}")
+}

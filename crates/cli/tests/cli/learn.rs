@@ -1,0 +1,126 @@
+//! `trusswatch learn`, and `trusswatch detect` with what it learnt.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::binary::run;
+
+/// Uniform numbers from -1 to 1, the same everywhere (Knuth's linear congruential generator).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}
+
+/// Twelve minutes at 5 Hz of a load in plateaus and four gages, as a German logger writes them.
+fn table(file: &Path, seed: u64, mut fault: impl FnMut(usize, &mut [f64; 5])) {
+    let mut noise = Noise(seed);
+    let mut text = "Zeit [s];Kraft;e1;e2;e3;e4\n".to_owned();
+    let zeros: Vec<f64> = (0..4).map(|_| 0.2 * noise.next()).collect();
+    let (mut force, mut target) = (0.0_f64, 0.0);
+    for row in 0..3600 {
+        if row % 300 == 0 {
+            target = 50.0 * (1.0 + noise.next());
+        }
+        force += (target - force).clamp(-1.0, 1.0);
+        let mut values = [force; 5];
+        for (k, value) in values.iter_mut().enumerate().skip(1) {
+            *value = force * [0.0, 1.0, -0.6, 0.4, 2.0][k] + zeros[k - 1] + 0.1 * noise.next();
+        }
+        fault(row, &mut values);
+        let cells: Vec<String> = values
+            .iter()
+            .map(|x| if x.is_nan() { String::new() } else { format!("{x:.2}") })
+            .collect();
+        writeln!(text, "{};{}", format!("{:.1}", row as f64 / 5.0), cells.join(";")).unwrap();
+    }
+    std::fs::write(file, text.replace('.', ",")).unwrap();
+}
+
+fn learnt(directory: &Path) -> PathBuf {
+    let module = directory.join("bridge.toml");
+    let files: Vec<PathBuf> = (1..=3).map(|k| directory.join(format!("healthy{k}.csv"))).collect();
+    for (seed, file) in files.iter().enumerate() {
+        table(file, seed as u64 + 1, |row, values| {
+            // Somebody stood on a cable.
+            if seed == 1 && (1000..1040).contains(&row) {
+                values[2] += 40.0;
+            }
+        });
+    }
+    let mut arguments = vec!["learn".to_owned()];
+    arguments.extend(files.iter().map(|file| file.display().to_string()));
+    let out = module.display().to_string();
+    arguments.extend(
+        ["--inputs", "Kraft", "--sensors", "e1,e2,e3,e4", "--out", &out].map(str::to_owned),
+    );
+    let outcome = run(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    outcome.succeeds();
+    assert!(outcome.stdout.contains("learnt from 3 recordings"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("healthy2.csv: rows 9"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("`e2` looks faulty"), "{}", outcome.stdout);
+    module
+}
+
+#[test]
+fn from_tables_to_a_named_fault_in_two_commands() {
+    let directory = tempfile::tempdir().unwrap();
+    let module = learnt(directory.path());
+    let today = directory.path().join("today.csv");
+    table(&today, 9, |row, values| {
+        if row >= 2000 {
+            values[3] += 8.0;
+        }
+    });
+    let (today, module) = (today.display().to_string(), module.display().to_string());
+    let outcome = run(&["detect", &today, "--config", &module]);
+    outcome.succeeds();
+    let line = outcome.stdout.lines().find(|line| line.starts_with("e3: faulty, rows ")).unwrap();
+    assert!(
+        line.contains("to 3599 (the end): bias of 8.") || line.contains("bias of 7.9"),
+        "{line}"
+    );
+    let outcome = run(&["detect", &today, "--config", &module, "--json"]);
+    outcome.succeeds();
+    let lines: Vec<Value> =
+        outcome.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(lines.iter().all(|line| line["v"] == 1), "{lines:?}");
+    let faulty: Vec<&Value> =
+        lines.iter().map(|line| &line["verdict"]).filter(|v| v["state"] == "faulty").collect();
+    let [verdict] = faulty[..] else { panic!("{lines:?}") };
+    assert_eq!(verdict["component"], "e3");
+    let first = verdict["first_index"].as_u64().unwrap();
+    assert!((1990..2015).contains(&first), "{verdict}");
+    let components = &lines.last().unwrap()["summary"]["components"];
+    assert_eq!(components["e3"]["state"], "faulty");
+    assert_eq!(components["e3"]["first_index"], first);
+    for healthy in ["e1", "e2", "e4", "Kraft"] {
+        assert_eq!(components[healthy]["state"], "normal", "{components}");
+    }
+}
+
+#[test]
+fn what_is_missing_is_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("one.csv");
+    table(&file, 1, |_, _| {});
+    let (file, out) = (file.display().to_string(), directory.path().join("m.toml"));
+    let out = out.display().to_string();
+    let learn = |sensors: &str, inputs: &str| {
+        run(&["learn", &file, "--inputs", inputs, "--sensors", sensors, "--out", &out])
+    };
+    learn("e1,e7", "Kraft").fails(3, &["missing column `e7`"]);
+    learn("e1,e1", "Kraft").fails(3, &["duplicate name"]);
+    let text = std::fs::read_to_string(&file).unwrap().replace("Zeit [s]", "n");
+    std::fs::write(&file, text).unwrap();
+    learn("e1,e2,e3", "Kraft")
+        .fails(3, &["no column of times tells the sampling rate; add --rate HZ"]);
+    std::fs::write(&out, "change_threshold = 3\n").unwrap();
+    run(&["detect", &file, "--config", &out]).fails(3, &["m.toml: ", "missing field"]);
+}

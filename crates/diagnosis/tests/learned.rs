@@ -1,0 +1,197 @@
+//! A module learnt from recordings of a loaded structure, and faults in recordings that it was not learnt from.
+
+use diagnosis::state::learned::{
+    ChannelState, ChannelSummary, ChannelVerdict, DisplacementKind, HealthyRecording, LearnedJudge,
+    LearnedModule, LearningError, LearningSettings, Learnt, learn,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+const SENSORS: usize = 7;
+const CHANNELS: usize = SENSORS + 2;
+const STEP_S: f64 = 0.2;
+const MINUTE: usize = 300;
+
+fn names() -> Vec<String> {
+    (1..=SENSORS).map(|k| format!("s{k}")).chain(["u1".into(), "u2".into()]).collect()
+}
+
+/// Two jacks that load by steps with plateaus, up to `most`; sensors follow them, a little more than in proportion,
+/// with a zero of each recording, a slow wander and quantised noise.
+fn recording(seed: u64, minutes: usize, most: f64) -> HealthyRecording {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut generator) };
+    let zeros: Vec<f64> = (0..SENSORS).map(|_| 0.3 * normal()).collect();
+    let mut wander = [0.0; SENSORS];
+    let mut channels = vec![Vec::new(); CHANNELS];
+    let (mut force, mut target) = ([0.0_f64; 2], [0.0_f64; 2]);
+    for sample in 0..minutes * MINUTE {
+        if sample % (MINUTE + MINUTE / 2) == 0 {
+            let phase = sample as f64 / (minutes * MINUTE) as f64;
+            let level = most * (std::f64::consts::PI * phase).sin();
+            target = [
+                level * (0.8 + 0.2 * normal().abs().min(1.0)),
+                level * 0.7 * normal().abs().min(1.4),
+            ];
+        }
+        for k in 0..2 {
+            force[k] += (target[k] - force[k]).clamp(-0.02 * most, 0.02 * most);
+            channels[SENSORS + k].push(force[k] + 0.05 * normal());
+        }
+        for (k, wander) in wander.iter_mut().enumerate() {
+            *wander += 0.002 * normal();
+            let angle = k as f64;
+            let load = force[0] * (1.0 + angle.cos()) + force[1] * (0.7 + angle.sin());
+            let reading = load + 2e-4 * load * load + zeros[k] + *wander + 0.1 * normal();
+            channels[k].push((reading / 0.05).round() * 0.05);
+        }
+    }
+    HealthyRecording { name: format!("run{seed}"), step_s: STEP_S, channels }
+}
+
+fn healthy() -> Vec<HealthyRecording> {
+    (1..=4).map(|seed| recording(seed, 24, 100.0)).collect()
+}
+
+fn learnt(recordings: &[HealthyRecording]) -> Learnt {
+    learn(recordings, &names(), SENSORS, LearningSettings::default()).unwrap()
+}
+
+fn judged(
+    module: &LearnedModule,
+    of: &HealthyRecording,
+) -> (Vec<ChannelVerdict>, Vec<ChannelSummary>) {
+    let mut judge = LearnedJudge::new(module.clone(), of.step_s);
+    let mut verdicts = Vec::new();
+    for sample in 0..of.channels[0].len() {
+        let values: Vec<f64> = of.channels.iter().map(|channel| channel[sample]).collect();
+        verdicts.extend(judge.take(&values));
+    }
+    let (rest, summary) = judge.finish();
+    verdicts.extend(rest);
+    (verdicts, summary)
+}
+
+fn named(verdicts: &[ChannelVerdict], state: ChannelState) -> Vec<usize> {
+    let mut named: Vec<usize> =
+        verdicts.iter().filter(|v| v.state == state).filter_map(|v| v.channel).collect();
+    named.sort_unstable();
+    named.dedup();
+    named
+}
+
+#[test]
+fn healthy_recordings_that_were_left_out_raise_no_alarm() {
+    let module = learnt(&healthy()).module;
+    module.check().unwrap();
+    for seed in 11..19 {
+        let (verdicts, summary) = judged(&module, &recording(seed, 24, 95.0));
+        assert_eq!(named(&verdicts, ChannelState::Faulty), [0; 0], "{seed}: {verdicts:?}");
+        assert!(summary.iter().all(|s| s.normal > 0.95), "{seed}: {summary:?} {verdicts:?}");
+    }
+}
+
+#[test]
+fn faults_of_every_kind_are_named_with_their_sizes() {
+    let module = learnt(&healthy()).module;
+    let onset = 10 * MINUTE;
+    for channel in 0..CHANNELS {
+        let range = module.channels[channel].highest - module.channels[channel].lowest;
+        let faults: [(&str, &dyn Fn(usize, f64) -> f64); 4] = [
+            ("jump", &|_, x| x + 0.1 * range),
+            ("drift", &|k, x| x + 0.5 * range * k as f64 / (5 * MINUTE) as f64),
+            ("missing", &|_, _| f64::NAN),
+            ("stuck", &|_, _| 20.0),
+        ];
+        for (what, fault) in faults {
+            let mut broken = recording(30 + channel as u64, 24, 95.0);
+            for (k, value) in broken.channels[channel].iter_mut().skip(onset).enumerate() {
+                *value = fault(k, *value);
+            }
+            let (verdicts, _) = judged(&module, &broken);
+            let faulty = named(&verdicts, ChannelState::Faulty);
+            let dead = named(&verdicts, ChannelState::NoSignal);
+            let both: Vec<usize> = faulty.iter().chain(&dead).copied().collect();
+            assert!(both.iter().all(|k| *k == channel), "{what} of {channel}: {verdicts:#?}");
+            assert!(!both.is_empty(), "{what} of {channel}: {verdicts:#?}");
+            let first =
+                verdicts.iter().filter(|v| v.channel == Some(channel)).map(|v| v.first).min();
+            let latest =
+                onset as u64 + if what == "jump" || what == "missing" { 15 } else { 5 * 300 };
+            let first = first.unwrap();
+            assert!((onset as u64 - 10..latest).contains(&first), "{what} of {channel} at {first}");
+            if what == "jump" {
+                let fault = verdicts.iter().find_map(|v| v.fault).unwrap();
+                assert_eq!(fault.kind, DisplacementKind::Bias, "{channel}: {fault:?}");
+                assert!((fault.size / (0.1 * range) - 1.0).abs() < 0.2, "{channel}: {fault:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn beyond_the_loads_seen_nothing_is_called_normal_and_nothing_healthy_faulty() {
+    let module = learnt(&healthy()).module;
+    let (verdicts, summary) = judged(&module, &recording(50, 24, 140.0));
+    assert_eq!(named(&verdicts, ChannelState::Faulty), [0; 0], "{verdicts:#?}");
+    assert!(summary.iter().all(|s| s.state == ChannelState::Unknown), "{summary:?}");
+    assert!(verdicts.iter().any(|v| v.reason.starts_with("loads beyond")), "{verdicts:?}");
+}
+
+#[test]
+fn a_change_of_the_structure_is_no_faulty_sensor() {
+    let module = learnt(&healthy()).module;
+    let mut changed = recording(60, 24, 95.0);
+    for (k, channel) in changed.channels.iter_mut().take(SENSORS).enumerate() {
+        let shift = [40.0, -55.0, 62.0, 35.0, -48.0, 51.0, -30.0][k];
+        channel.iter_mut().for_each(|x| *x += shift);
+    }
+    let (verdicts, summary) = judged(&module, &changed);
+    assert_eq!(named(&verdicts, ChannelState::Faulty), [0; 0], "{verdicts:#?}");
+    assert!(summary.iter().all(|s| s.state == ChannelState::Unknown), "{summary:?}");
+}
+
+#[test]
+fn faults_in_healthy_recordings_are_left_out_and_told() {
+    let mut recordings = healthy();
+    for value in &mut recordings[2].channels[3][3000..3100] {
+        *value += 60.0;
+    }
+    let found = learnt(&recordings);
+    let [interval] = &found.cleaned[..] else { panic!("{:?}", found.cleaned) };
+    assert_eq!((interval.recording.as_str(), interval.channel.as_str()), ("run3", "s4"));
+    assert!(interval.samples.0 <= 3000 && interval.samples.1 >= 3099, "{interval:?}");
+    let mut broken = recording(70, 24, 95.0);
+    broken.channels[3][3000..].iter_mut().for_each(|x| *x += 60.0);
+    let (verdicts, _) = judged(&found.module, &broken);
+    assert_eq!(named(&verdicts, ChannelState::Faulty), [3], "{verdicts:?}");
+}
+
+#[test]
+fn what_cannot_be_learnt_is_refused_with_its_name() {
+    let refused = |change: &dyn Fn(&mut HealthyRecording)| {
+        let mut recordings = healthy();
+        recordings.iter_mut().for_each(change);
+        learn(&recordings, &names(), SENSORS, LearningSettings::default()).unwrap_err()
+    };
+    let mut noise = ChaCha8Rng::seed_from_u64(1);
+    let still: Vec<f64> = (0..24 * MINUTE).map(|_| 5.0 + noise.random::<f64>()).collect();
+    let error = refused(&|r| r.channels[8] = still.clone());
+    assert_eq!(error, LearningError::InputStill("u2".into()));
+    assert_eq!(refused(&|r| r.channels[1].fill(3.0)), LearningError::SensorStill("s2".into()));
+    let error = refused(&|r| r.channels[4] = r.channels[2].iter().map(|x| 2.0 * x + 1.0).collect());
+    assert_eq!(error, LearningError::Repeats("s5".into(), "s3".into()));
+    let error = refused(&|r| r.channels.iter_mut().for_each(|c| c.truncate(100)));
+    assert!(matches!(error, LearningError::TooShort { .. }), "{error}");
+}
+
+#[test]
+fn few_recordings_teach_a_blunter_module() {
+    for count in [1, 2] {
+        let module = learnt(&healthy()[..count]).module;
+        assert!(module.reference_threshold >= 6.0);
+        let (verdicts, _) = judged(&module, &recording(80, 24, 90.0));
+        assert_eq!(named(&verdicts, ChannelState::Faulty), [0; 0], "{count}: {verdicts:#?}");
+    }
+}
