@@ -150,6 +150,7 @@ fn with_events(mut scene: Scene) -> Arc<Scene> {
         structure: "tower".parse().unwrap(),
         who: "module1".to_owned(),
         there: true,
+        at_start: false,
     };
     let news = [there, News::Fault(Box::new(fault())), News::Identification(Box::new(bias()))];
     for (number, news) in (1..).zip(news) {
@@ -333,7 +334,7 @@ fn foreign_texts_reach_the_screen_harmless() {
     let mut scene = scene(vec![module]);
     scene.network = NetworkState::Failed(hostile.to_owned());
     let structure = "tower".parse().unwrap();
-    let news = News::Presence { structure, who: hostile.to_owned(), there: false };
+    let news = News::Presence { structure, who: hostile.to_owned(), there: false, at_start: false };
     scene.events.push_back(Arc::new(ObservedEvent { number: 1, time_unix_ns: NOW, news }));
     let mut model = Model::new(settings(), NOW);
     model.on_scene(Arc::new(scene), NOW);
