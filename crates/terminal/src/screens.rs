@@ -367,6 +367,26 @@ fn without_colours_the_same_is_there_and_no_colour() {
 }
 
 #[test]
+fn a_terminal_without_utf_8_gets_ascii_in_the_same_places() {
+    let mut model = model();
+    for keys in ["", "\n", "\x1b?"] {
+        press(&mut model, keys);
+        model.settings.ascii = false;
+        let drawn = text(&buffer(&model, (80, 24)));
+        model.settings.ascii = true;
+        let ascii = text(&buffer(&model, (80, 24)));
+        assert!(!drawn.is_ascii() && ascii.is_ascii(), "{ascii}");
+        let widths = |text: &str| text.lines().map(|line| line.chars().count()).collect::<Vec<_>>();
+        let (drawn, ascii) = (widths(&drawn), widths(&ascii));
+        // Lines of a plot may end in dots that are not set.
+        assert!(
+            drawn.iter().zip(&ascii).all(|(drawn, ascii)| ascii <= drawn),
+            "{drawn:?} {ascii:?}"
+        );
+    }
+}
+
+#[test]
 fn every_size_can_be_drawn() {
     let mut model = model();
     press(&mut model, "s");

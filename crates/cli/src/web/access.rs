@@ -1,6 +1,6 @@
 //! Access to the page of `trusswatch web`; and `trusswatch web link`, which creates a link that admits a user once.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -8,6 +8,7 @@ use std::time::Duration;
 use web::{LinkError, ListenerSettings, PageAddress, PersonName, TlsFiles};
 
 use crate::failure::Failure;
+use crate::output;
 
 /// Who gets to the page, and by which way.
 #[derive(Debug, clap::Args)]
@@ -88,7 +89,7 @@ pub(super) struct OneTimeLinkArguments {
 pub(super) fn link(arguments: &OneTimeLinkArguments) -> Result<(), Failure> {
     let OneTimeLinkArguments { person, state_dir, view_only, valid, address } = arguments;
     let link = web::one_time_link(state_dir, person, !view_only, *valid)?;
-    writeln!(io::stdout(), "{address}{link}")?;
+    writeln!(output::stdout(), "{address}{link}")?;
     Ok(())
 }
 
