@@ -218,7 +218,7 @@ def test_readiness_in_the_life_of_a_process(rig, configs):
         assert code == 0 and words in said
 
     plant.send_signal(signal.SIGSTOP)
-    answers("module1", "/readyz", 503, "stale: no sample for")
+    answers("module1", "/readyz", 503, "stale: no sample since 20")
     answers("module1", "/healthz", 200, "the loop is live")
     code, said = health("module1")
     assert code == 1 and "stale" in said

@@ -2,6 +2,7 @@
 
 import json
 import os
+import pty
 import re
 import signal
 import subprocess
@@ -224,3 +225,19 @@ def test_the_certificate_says_who_may_give_orders(terminal, tmp_path, holder, an
     terminal.shows(answer)
     terminal.keys("q")
     terminal.is_as_before()
+
+
+def test_the_view_ends_without_a_panic_when_its_terminal_goes_with_standard_error():
+    master, slave = pty.openpty()
+    command = [f"{PROGRAMS}/trusswatch", "watch", "--connect", "tcp/127.0.0.1:9"]
+    # In a session of its own, so that no SIGHUP ends it before it reads and writes in vain.
+    view = subprocess.Popen(command, stdin=slave, stdout=slave, stderr=slave, start_new_session=True)
+    os.close(slave)
+    drawn = b""
+    while b"\x1b[?1049h" not in drawn:
+        drawn += os.read(master, 4096)
+    os.close(master)
+    try:
+        assert view.wait(LIMIT_S) == 1
+    finally:
+        view.kill()

@@ -1,12 +1,13 @@
 //! `trusswatch health`: queries the health of one process, as a container without `curl` does.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::time::Duration;
 
 use shell::health::{ProbeKind, probe};
 
 use crate::failure::Failure;
 use crate::link::{block_on, seconds};
+use crate::output;
 
 const AFTER_HELP: &str = "\
 Exit codes: 0 healthy, 1 not healthy (the reason is printed), 4 no answer.";
@@ -41,6 +42,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let answer = probe(&arguments.address, kind, arguments.timeout);
         answer.await.map_err(|error| Failure::network(error.to_string()))
     })?;
-    writeln!(io::stdout(), "{}", condition.words)?;
+    writeln!(output::stdout(), "{}", condition.words)?;
     if condition.well { Ok(()) } else { Err(Failure::reported()) }
 }

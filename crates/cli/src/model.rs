@@ -1,7 +1,7 @@
 //! `trusswatch model`: summarises, draws or exports a structure.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use truss::Structure;
@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(wanted) => local(&whole, wanted, &arguments.file)?,
         None => whole,
     };
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     if let Some(svg) = &arguments.svg {
         if svg == Path::new("-") {
             writeln!(out, "{}", figure::structure::drawing(&structure))?;

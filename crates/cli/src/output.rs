@@ -1,18 +1,58 @@
 //! The output of commands: text, or JSON objects that, like messages, begin with the version of their format.
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal, StdoutLock, Write};
 
 use serde::Serialize;
 use serde_json::Value;
-use vocabulary::VERSION;
+use vocabulary::{VERSION, in_ascii};
 
 use crate::failure::Failure;
 
 /// Prints text on standard output and flushes it.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = stdout();
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
+}
+
+/// Standard output; on a terminal without UTF-8, in ASCII.
+pub(crate) fn stdout() -> Stdout {
+    Stdout { lock: io::stdout().lock(), is_ascii: is_ascii_terminal() }
+}
+
+/// Whether standard output is a terminal whose locale says that it has no UTF-8. Files and pipes get UTF-8.
+pub(crate) fn is_ascii_terminal() -> bool {
+    let locale = ["LC_ALL", "LC_CTYPE", "LANG"].map(|name| std::env::var(name).ok());
+    io::stdout().is_terminal() && lacks_utf8(locale)
+}
+
+/// By the first variable that is set and not empty (POSIX, Base Definitions, section 8.2). Without one nothing is said:
+/// containers seldom set any.
+fn lacks_utf8(variables: [Option<String>; 3]) -> bool {
+    let mut set = variables.into_iter().flatten().filter(|locale| !locale.is_empty());
+    let is_utf8 = |locale: String| locale.to_ascii_lowercase().replace('-', "").contains("utf8");
+    set.next().is_some_and(|locale| !is_utf8(locale))
+}
+
+/// See [`stdout`].
+pub(crate) struct Stdout {
+    lock: StdoutLock<'static>,
+    is_ascii: bool,
+}
+
+impl Write for Stdout {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_ascii {
+            let text: String = String::from_utf8_lossy(bytes).chars().map(in_ascii).collect();
+            self.lock.write_all(text.as_bytes())?;
+            return Ok(bytes.len());
+        }
+        self.lock.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.lock.flush()
+    }
 }
 
 /// An object with its version.
@@ -77,6 +117,26 @@ mod tests {
             assert!(json.contains("\\u009b31m\\u007f µ\\u001b"), "{json}");
             let read: Value = serde_json::from_str(&json).unwrap();
             assert_eq!(read["note"], note["note"]);
+        }
+    }
+
+    #[test]
+    fn the_first_variable_that_is_set_says_whether_the_terminal_has_utf_8() {
+        let lacks = |all: &str, ctype: &str, lang: &str| {
+            lacks_utf8([all, ctype, lang].map(|text| (text != "-").then(|| text.to_owned())))
+        };
+        for (all, ctype, lang) in [
+            ("C", "-", "-"),
+            ("POSIX", "en_US.UTF-8", "-"),
+            ("", "-", "de_DE"),
+            ("-", "C", "C.UTF-8"),
+        ] {
+            assert!(lacks(all, ctype, lang), "{all} {ctype} {lang}");
+        }
+        for (all, ctype, lang) in
+            [("-", "-", "-"), ("C.UTF-8", "C", "C"), ("", "", "de_DE.utf8"), ("-", "C.utf-8", "C")]
+        {
+            assert!(!lacks(all, ctype, lang), "{all} {ctype} {lang}");
         }
     }
 

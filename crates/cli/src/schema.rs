@@ -11,6 +11,7 @@ use vocabulary::{
 };
 
 use crate::failure::Failure;
+use crate::output;
 use crate::table::{table, terminal_width};
 
 /// Print the JSON Schema of messages, for programs of your own
@@ -51,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn one(entry: &Entry, arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.check {
         Some(file) => check(entry, file),
-        None if arguments.example => Ok(io::stdout().write_all(entry.example().as_bytes())?),
+        None if arguments.example => Ok(output::stdout().write_all(entry.example().as_bytes())?),
         None => print(&entry.schema()),
     }
 }
@@ -65,7 +66,7 @@ fn all() -> Value {
 }
 
 fn print(value: &Value) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     serde_json::to_writer_pretty(&mut out, value)?;
     Ok(writeln!(out)?)
 }
@@ -83,7 +84,7 @@ fn list() -> Result<(), Failure> {
             }
         }
     }
-    Ok(writeln!(io::stdout(), "{}", table.text(terminal_width()))?)
+    Ok(writeln!(output::stdout(), "{}", table.text(terminal_width()))?)
 }
 
 /// Checks each line for being a valid message.
@@ -97,7 +98,7 @@ fn check(entry: &Entry, file: &Path) -> Result<(), Failure> {
         }
     }
     if refused.is_empty() {
-        writeln!(io::stdout(), "{}: valid: {count} × {}", file.display(), entry.name)?;
+        writeln!(output::stdout(), "{}: valid: {count} × {}", file.display(), entry.name)?;
         return Ok(());
     }
     Err(Failure::inputs(refused))

@@ -8,13 +8,15 @@ use vocabulary::ModuleName;
 use crate::failure::Failure;
 use crate::link::{self, Link, LinkTarget};
 use crate::order;
+use crate::output;
 use crate::paint::Paint;
 
 /// Watch modules, alarms and events on the terminal, and issue commands by key
 ///
 /// It can be started before anything else and stays when the network goes away. `?` lists the keys. Orders are
 /// given in the name of the operator whose certificate is shown; without TLS, in the name that --by says. Colours
-/// are left out with NO_COLOR; symbols and words say the same.
+/// are left out with NO_COLOR; symbols and words say the same. Where LC_ALL, LC_CTYPE or LANG says that the terminal has
+/// no UTF-8, symbols are ASCII.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Modules that should be there: until they are heard they stand among the alarms
@@ -60,6 +62,7 @@ fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<ViewSettings, 
         timeout: target.timeout,
         issuer: issuer(arguments, target)?,
         colours: Paint::of_stdout().has_colours(),
+        ascii: output::is_ascii_terminal(),
     })
 }
 

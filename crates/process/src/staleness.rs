@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
+use vocabulary::words::utc;
 use vocabulary::{ComponentPath, ModulePhase};
 
 /// The reason for the unknown state right after the start.
@@ -14,6 +15,8 @@ pub struct Staleness {
     stale_after: Duration,
     latest: Option<Instant>,
     stale: bool,
+    /// When the latest sample before the silence was diagnosed \[ns since 1970\].
+    stale_since_unix_ns: u64,
     published: Option<ModulePhase>,
     /// The components that are not monitored, as published, and when that last changed.
     not_monitored: BTreeMap<ComponentPath, String>,
@@ -32,6 +35,7 @@ impl Staleness {
             stale_after,
             latest: None,
             stale: false,
+            stale_since_unix_ns: 0,
             published: None,
             not_monitored: BTreeMap::new(),
             changed: None,
@@ -45,12 +49,16 @@ impl Staleness {
     }
 
     /// Checks whether samples have stopped; returns true the first time.
-    pub fn look(&mut self, now: Instant) -> bool {
-        let silent =
-            self.latest.is_some_and(|latest| now.duration_since(latest) >= self.stale_after);
-        let begins = silent && !self.stale;
-        self.stale = silent;
-        begins
+    pub fn look(&mut self, now: Instant, now_unix_ns: u64) -> bool {
+        let age = self.latest.map(|latest| now.duration_since(latest));
+        let silent = age.filter(|age| *age >= self.stale_after);
+        let begins = silent.filter(|_| !self.stale);
+        self.stale = silent.is_some();
+        if let Some(age) = begins {
+            let age_ns = u64::try_from(age.as_nanos()).unwrap_or(u64::MAX);
+            self.stale_since_unix_ns = now_unix_ns.saturating_sub(age_ns);
+        }
+        begins.is_some()
     }
 
     /// Whether samples have stopped.
@@ -107,9 +115,8 @@ impl Staleness {
                 "a channel rests on too few samples, or samples are missing".to_owned()
             }
             ModulePhase::InService => "every channel with a signal is watched".to_owned(),
-            ModulePhase::Stale => {
-                format!("no sample for {} ms", self.stale_after.as_millis())
-            }
+            // A duration would be outdated as soon as it is read.
+            ModulePhase::Stale => format!("no sample since {}", utc(self.stale_since_unix_ns)),
         }
     }
 }
@@ -175,13 +182,16 @@ mod tests {
         let mut staleness = Staleness::new(limit);
         let start = Instant::now();
         assert!(
-            !staleness.look(start + 10 * limit),
+            !staleness.look(start + 10 * limit, 0),
             "before the first sample it is waiting, not stale"
         );
         staleness.sample(start);
-        assert!(!staleness.look(start + limit / 2));
-        assert!(staleness.look(start + limit) && staleness.is_stale());
-        assert!(!staleness.look(start + 2 * limit) && staleness.is_stale());
+        assert!(!staleness.look(start + limit / 2, 0));
+        assert!(staleness.look(start + limit, 1_500_000_000) && staleness.is_stale());
+        assert!(!staleness.look(start + 2 * limit, 2_000_000_000) && staleness.is_stale());
+        let (refusals, later) = (RecentRefusals::default(), start + 20 * limit);
+        let reason = staleness.reason(ModulePhase::Stale, &refusals, later);
+        assert_eq!(reason, "no sample since 1970-01-01T00:00:01.000Z", "true whenever it is read");
         assert_eq!(staleness.phase(ModulePhase::InService), ModulePhase::Stale);
         staleness.sample(start + 3 * limit);
         assert_eq!(staleness.phase(ModulePhase::InService), ModulePhase::InService);

@@ -150,6 +150,7 @@ fn with_events(mut scene: Scene) -> Arc<Scene> {
         structure: "tower".parse().unwrap(),
         who: "module1".to_owned(),
         there: true,
+        at_start: false,
     };
     let news = [there, News::Fault(Box::new(fault())), News::Identification(Box::new(bias()))];
     for (number, news) in (1..).zip(news) {
@@ -333,7 +334,7 @@ fn foreign_texts_reach_the_screen_harmless() {
     let mut scene = scene(vec![module]);
     scene.network = NetworkState::Failed(hostile.to_owned());
     let structure = "tower".parse().unwrap();
-    let news = News::Presence { structure, who: hostile.to_owned(), there: false };
+    let news = News::Presence { structure, who: hostile.to_owned(), there: false, at_start: false };
     scene.events.push_back(Arc::new(ObservedEvent { number: 1, time_unix_ns: NOW, news }));
     let mut model = Model::new(settings(), NOW);
     model.on_scene(Arc::new(scene), NOW);
@@ -362,6 +363,26 @@ fn without_colours_the_same_is_there_and_no_colour() {
             assert!(coloured > 0 && count == 0);
             count
         };
+    }
+}
+
+#[test]
+fn a_terminal_without_utf_8_gets_ascii_in_the_same_places() {
+    let mut model = model();
+    for keys in ["", "\n", "\x1b?"] {
+        press(&mut model, keys);
+        model.settings.ascii = false;
+        let drawn = text(&buffer(&model, (80, 24)));
+        model.settings.ascii = true;
+        let ascii = text(&buffer(&model, (80, 24)));
+        assert!(!drawn.is_ascii() && ascii.is_ascii(), "{ascii}");
+        let widths = |text: &str| text.lines().map(|line| line.chars().count()).collect::<Vec<_>>();
+        let (drawn, ascii) = (widths(&drawn), widths(&ascii));
+        // Lines of a plot may end in dots that are not set.
+        assert!(
+            drawn.iter().zip(&ascii).all(|(drawn, ascii)| ascii <= drawn),
+            "{drawn:?} {ascii:?}"
+        );
     }
 }
 

@@ -19,6 +19,8 @@ pub struct ViewSettings {
     pub issuer: Result<OrderIssuer, String>,
     /// Whether colours are shown beside symbols and words.
     pub colours: bool,
+    /// Whether the terminal has no UTF-8: symbols and foreign letters are shown in ASCII.
+    pub ascii: bool,
 }
 
 /// The issuer of orders.

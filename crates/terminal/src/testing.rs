@@ -19,6 +19,7 @@ pub(crate) fn settings() -> ViewSettings {
         timeout: Duration::from_secs(1),
         issuer: Ok(OrderIssuer { by: "ada@desk".to_owned(), operator: None }),
         colours: true,
+        ascii: false,
     }
 }
 

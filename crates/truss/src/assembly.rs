@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::cholesky::{Cholesky, Singular};
 use crate::direction::Direction;
 use crate::element;
+use crate::mechanism;
 use crate::model_error::ModelError;
 use crate::structure::Structure;
 
@@ -47,7 +48,7 @@ impl Mechanics {
     /// Assembles and condenses the matrices.
     ///
     /// # Errors
-    /// A mechanism, with the node and direction that move most; a node without mass or with an absurd one; a structure
+    /// A mechanism, with what moves; a node without mass or with an absurd one; a structure
     /// in which nothing can move; a perturbation factor that is not above 0.
     pub fn assemble(structure: &Structure) -> Result<Mechanics, ModelError> {
         check_factors(structure)?;
@@ -155,11 +156,8 @@ impl Freedoms {
     }
 
     fn mechanism(&self, structure: &Structure, free: &Singular, first: usize) -> ModelError {
-        let dof = self.dofs[first + free.largest()];
-        ModelError::Mechanism {
-            node: structure.nodes[dof.node].name.clone(),
-            direction: dof.direction,
-        }
+        let dofs = &self.dofs[first..];
+        ModelError::Mechanism { what: mechanism::in_words(structure, dofs, free.motion.as_slice()) }
     }
 }
 

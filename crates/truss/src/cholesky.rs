@@ -17,22 +17,8 @@ pub(crate) struct Cholesky {
 
 /// A motion without resistance: K·motion = 0.
 pub(crate) struct Singular {
-    /// The motion; its first component is not exceeded in magnitude by any other.
+    /// The motion, of any size.
     pub(crate) motion: DVector<f64>,
-}
-
-impl Singular {
-    /// The degree of freedom that moves most.
-    pub(crate) fn largest(&self) -> usize {
-        let mut largest = 0;
-        for (index, value) in self.motion.iter().enumerate() {
-            // A clear lead is required, so that rounding does not choose between equals.
-            if value.abs() > self.motion[largest].abs() * (1.0 + 1e-6) {
-                largest = index;
-            }
-        }
-        largest
-    }
 }
 
 impl Cholesky {

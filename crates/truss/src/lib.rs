@@ -26,6 +26,7 @@ mod element;
 mod export;
 mod generator;
 mod local_structure;
+mod mechanism;
 mod member;
 mod modal;
 mod modal_stepper;

@@ -1,21 +1,15 @@
 //! Errors of models of structures whose description is valid.
 
-use crate::direction::Direction;
 use vocabulary::{ModuleName, NodeName};
 
 /// The structure does not yield a valid model.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
     /// The stiffness matrix is singular.
-    #[error(
-        "the structure is a mechanism: node `{node}` is free to {}; add a member or a support that holds it",
-        motion(*direction)
-    )]
+    #[error("the structure is a mechanism: {what}")]
     Mechanism {
-        /// The node where the mechanism moves most.
-        node: NodeName,
-        /// The direction of that motion.
-        direction: Direction,
+        /// What moves, in which directions, and what would hold it.
+        what: String,
     },
     /// Without mass a node has no finite frequency.
     #[error(
@@ -74,13 +68,4 @@ pub enum ModelError {
         /// The modules of the structure.
         known: String,
     },
-}
-
-fn motion(direction: Direction) -> String {
-    match direction {
-        Direction::X | Direction::Y | Direction::Z => format!("move in {direction}"),
-        Direction::RotationX => "turn about x".to_owned(),
-        Direction::RotationY => "turn about y".to_owned(),
-        Direction::RotationZ => "turn about z".to_owned(),
-    }
 }

@@ -102,7 +102,7 @@ pub use name::{
 pub use order::{MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
 pub use phase::{ModulePhase, PhaseChange};
 pub use plant_status::{PlantPhase, PlantStatus, PresentFault};
-pub use printable::{is_printable, printable, printable_lines};
+pub use printable::{in_ascii, is_printable, printable, printable_lines};
 pub use progress::Progress;
 pub use question::QuestionError;
 pub use quotation::quotation;

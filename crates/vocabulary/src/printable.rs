@@ -37,6 +37,39 @@ pub fn printable_lines(text: &str) -> String {
     text.split('\n').map(printable).collect::<Vec<_>>().join("\n")
 }
 
+/// A character as a terminal without UTF-8 can show it, one column wide like the original: a similar one, or `?`.
+#[must_use]
+pub fn in_ascii(character: char) -> char {
+    match character {
+        '\0'..='\u{7f}' => character,
+        'µ' | 'μ' => 'u',
+        'ε' => 'e',
+        'γ' => 'g',
+        'σ' => 's',
+        '²' => '2',
+        '³' => '3',
+        '×' => 'x',
+        '·' | '…' | '╌' => '.',
+        '−' | '–' | '—' | '─' => '-',
+        '│' | '┊' | '┆' | '‖' => '|',
+        '┌' | '┐' | '└' | '┘' | '├' | '┤' | '┬' | '┴' | '┼' => '+',
+        '→' | '≥' => '>',
+        '←' | '≤' => '<',
+        '↑' | '△' => '^',
+        '↓' => 'v',
+        '▲' => '!',
+        '✖' => 'X',
+        '◌' | '°' => 'o',
+        '•' => '*',
+        // Dots of a plot.
+        '\u{2800}' => ' ',
+        '\u{2801}'..='\u{28ff}' => '*',
+        '‘' | '’' => '\'',
+        '“' | '”' => '"',
+        _ => '?',
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -81,6 +114,13 @@ mod tests {
     fn letters_signs_and_accents_of_every_script_are_printable() {
         let text = "grün µm ≥ 3 × ∅ — 塔 مرحبا שלום e\u{301}";
         assert_eq!(printable(text), text);
+    }
+
+    #[test]
+    fn a_terminal_without_utf_8_gets_as_many_characters_that_it_can_show() {
+        let shown = |text: &str| text.chars().map(in_ascii).collect::<String>();
+        assert_eq!(shown("─ 45 µm → ≥ 3 × γ …"), "- 45 um > > 3 x g .");
+        assert_eq!(shown("▲△✖◌‖·⣿ Müller"), "!^Xo|.* M?ller");
     }
 
     #[test]

@@ -74,11 +74,7 @@ impl Page<'_> {
                     }
                 }
                 div.right {
-                    @if let Some(person) = &self.viewer.person {
-                        span.person { b { (printable(&person.name)) } " · " a href="/sign-out" { "sign out" } }
-                    } @else if self.viewer.read_only.is_none() {
-                        a.person href="/sign-in" { "sign in" }
-                    }
+                    span #person { (person(self.viewer)) }
                     p.live #live {
                         @if self.live.is_empty() { "as of " } @else { "not live: as of " }
                         span #clock { (clock(self.scene)) }
@@ -86,6 +82,17 @@ impl Page<'_> {
                     }
                 }
             }
+        }
+    }
+}
+
+/// Who is signed in; sent again with every stream, because the session may have ended.
+pub(crate) fn person(viewer: &Viewer) -> Markup {
+    html! {
+        @if let Some(person) = &viewer.person {
+            span.person { b { (printable(&person.name)) } " · " a href="/sign-out" { "sign out" } }
+        } @else if viewer.read_only.is_none() {
+            a.person href="/sign-in" { "sign in" }
         }
     }
 }

@@ -51,5 +51,5 @@ mod view;
 
 pub use access::{LinkError, NoRandomness, PersonName, PersonNameError, VALID, one_time_link};
 pub use config::WebConfig;
-pub use listener::{ListenError, ListenerSettings, Origin, OriginError, TlsFiles};
+pub use listener::{ListenError, ListenerSettings, PageAddress, PageAddressError, TlsFiles};
 pub use server::run;

@@ -90,8 +90,13 @@ fn body(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
             @if components.is_empty() { p.nothing { "Their states are unknown." } }
             (alarms::list(view, &components))
         }
-        @if let Some(status) = &module.status { (peers(view, module, status)) (software(status)) }
+        @if let Some(status) = &module.status { (peers(view, module, status)) (software(module, status)) }
     }
+}
+
+/// The time of a report that a silent module made when it was last heard.
+fn as_of(module: &ModuleView, status: &ModuleStatus) -> Markup {
+    html! { @if module.is_silent { ", last reported at " (look::when(status.time_unix_ns)) } }
 }
 
 fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
@@ -100,7 +105,7 @@ fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> 
         html! {
             tr {
                 th scope="row" { a href=(view.module(structure, &peer.module)) { (peer.module) } }
-                td { @if peer.present { "is there" } @else { "IS NOT THERE" } }
+                td { @if peer.present { "there" } @else { "NOT THERE" } }
                 td.number { (peer.answered) }
                 td.number { (peer.refused) }
                 td.number { (peer.timed_out + peer.absent) }
@@ -111,7 +116,7 @@ fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> 
     };
     html! {
         section {
-            h2 { "Peers as seen by this module" }
+            h2 { "Peers as seen by this module" (as_of(module, status)) }
             @if status.peers.is_empty() { p.nothing { "It has none." } }
             @else {
                 div.wide tabindex="0" role="region" aria-label="Peers" { table {
@@ -127,10 +132,10 @@ fn peers(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> 
     }
 }
 
-fn software(status: &ModuleStatus) -> Markup {
+fn software(module: &ModuleView, status: &ModuleStatus) -> Markup {
     html! {
         section {
-            h2 { "Set up with" }
+            h2 { "Set up with" (as_of(module, status)) }
             dl.facts {
                 div { dt { "software" } dd { (printable(&status.software)) } }
                 div { dt { "thresholds" } dd { (printable(&status.thresholds)) } }

@@ -87,6 +87,7 @@ pub(crate) fn silent(mut module: ModuleView) -> ModuleView {
     let unknown = Unknown { since_unix_ns: heard_unix_ns, reason };
     for component in &mut module.components {
         *component = component.clone().while_unknown(unknown.clone());
+        component.condition = None;
     }
     ModuleView { is_silent: true, heard_unix_ns, ..module }
 }

@@ -225,9 +225,9 @@ async fn a_stopped_plant(stale_after_ms: i64) -> Vec<Duration> {
         picture["modules"].as_array().unwrap().iter().map(|module| &module["phase"]).collect();
     assert_eq!(phases, ["stale", "stale"], "{picture:#}");
     let components = picture["components"].as_array().unwrap();
-    let reason = format!("no sample for {stale_after_ms} ms");
     let unknown = components.iter().filter(|component| {
-        component["state"] == "unknown" && component["unknown"]["reason"] == reason.as_str()
+        let reason = component["unknown"]["reason"].as_str().unwrap_or_default();
+        component["state"] == "unknown" && reason.starts_with("no sample since 20")
     });
     assert_eq!((unknown.count(), components.len()), (24, 24), "{picture:#}");
     let check = trusswatch(&works.deployment, &["faults", "--exit-code"]).await;

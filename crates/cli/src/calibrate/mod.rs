@@ -6,7 +6,7 @@ mod recorded;
 mod simulated;
 mod thresholds;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use daemon::config::{Uncalibrated, load_uncalibrated};
@@ -14,6 +14,7 @@ use daemon::thresholds::{Provenance, Thresholds};
 use study::Calibration;
 
 use crate::failure::Failure;
+use crate::output;
 use crate::table::terminal_width;
 
 pub(crate) use arguments::Arguments;
@@ -39,7 +40,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => recorded::read(&arguments.recorded, &arguments.table, &modules)?,
     };
     let found = thresholds::thresholds(&data, rule)?;
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for ((module, peaks), found) in modules.iter().zip(&data.calibration.modules).zip(&found) {
         let components = peaks.channels.iter().map(|channel| channel.component.clone());
         let thresholds = Thresholds {

@@ -1,6 +1,6 @@
 //! `trusswatch pki install`: installs identities for this computer's services.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use pki::credentials::{self, InstallError, STORE, Service};
@@ -8,6 +8,7 @@ use pki::{Certificate, Identity};
 
 use super::day;
 use crate::failure::Failure;
+use crate::output;
 
 /// Install the certificates of this computer's services
 ///
@@ -25,7 +26,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for directory in &arguments.directories {
         let service = credentials::install(&Identity::in_directory(directory), &arguments.store)?;
         writeln!(out, "{}", summary(&service, &arguments.store)?)?;

@@ -1,6 +1,6 @@
 //! `trusswatch pki authority`, `issue` and `renew`: creates a structure's authority, and issues keys and certificates.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use pki::lifetime::{AUTHORITY_DAYS, HOLDER_DAYS};
 use pki::{Address, Authority, Certificate, Holder, Lifetime};
@@ -8,6 +8,7 @@ use vocabulary::StructureName;
 
 use super::{CertificateDirectory, day, summary};
 use crate::failure::Failure;
+use crate::output;
 
 /// Make the authority of a structure; its key can sign a certificate for any name
 #[derive(Debug, clap::Args)]
@@ -27,7 +28,7 @@ pub(super) fn make_authority(arguments: &AuthorityArguments) -> Result<(), Failu
     let authority = Authority::create(directory, structure, lifetime)?;
     let (structure, until) = (authority.structure(), day(authority.certificate().lifetime));
     let place = directory.join(pki::holder::AUTHORITY);
-    writeln!(io::stdout(), "{}: authority of {structure}, until {until}", place.display())?;
+    writeln!(output::stdout(), "{}: authority of {structure}, until {until}", place.display())?;
     Ok(())
 }
 
@@ -69,7 +70,7 @@ fn issue_one(
     let directory = library.place_of(holder);
     let lifetime = Lifetime::of_days(arguments.days);
     authority.issue(&directory, generations.of(holder.clone()), &arguments.addresses, lifetime)?;
-    writeln!(io::stdout(), "{}", summary(&directory)?)?;
+    writeln!(output::stdout(), "{}", summary(&directory)?)?;
     Ok(())
 }
 
@@ -97,7 +98,7 @@ pub(super) fn renew(arguments: &RenewArguments) -> Result<(), Failure> {
     let authority = Authority::open(&place.directory)?;
     let all = library.holders().map_err(|error| Failure::unreadable(&place.directory, error))?;
     let holders = if arguments.all { &all } else { &arguments.holders };
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     let mut mistakes = Vec::new();
     for holder in holders {
         let identity = library.identity(holder);

@@ -1,7 +1,7 @@
 //! `trusswatch pki p12`: a person's certificate for a browser.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use pki::Holder;
@@ -9,6 +9,7 @@ use pki::browser::{self, BrowserFileError};
 
 use super::CertificateDirectory;
 use crate::failure::Failure;
+use crate::output;
 
 /// The environment variable with the password, used without a password file.
 const VARIABLE: &str = "TRUSSWATCH_P12_PASSWORD";
@@ -49,7 +50,7 @@ fn write(
     let made = if given.is_none() { Some(browser::password()?) } else { None };
     let password = given.or(made.as_deref()).unwrap_or_default();
     browser::write(&library.identity(holder), password, &file)?;
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     match &made {
         Some(made) => writeln!(out, "{}: {holder}, password {made}", file.display())?,
         None => writeln!(out, "{}: {holder}", file.display())?,

@@ -1,6 +1,6 @@
 //! `trusswatch pki revoke`: revokes the rights of a lost key.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 
 use pki::credentials::Service;
@@ -10,6 +10,7 @@ use pki::{Authority, Holder, Lifetime};
 
 use super::{CertificateDirectory, summary};
 use crate::failure::Failure;
+use crate::output;
 
 /// Take the rights of a lost key: make another one, with a certificate of another name
 ///
@@ -40,7 +41,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Failure> {
         revocation::replace(&authority, &library, holder, Lifetime::of_days(*days))
     };
     let revoked = revoked?;
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     writeln!(out, "{}: {}, revoked", revoked.kept.display(), revoked.name)?;
     if !remove {
         writeln!(out, "{}", summary(&library.place_of(holder))?)?;

@@ -4,7 +4,7 @@ pub(crate) mod kind;
 mod zenoh_settings;
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
@@ -15,6 +15,7 @@ use settings::{ConfigError, ConfigErrors};
 use truss::Structure;
 
 use crate::failure::Failure;
+use crate::output;
 use kind::FileKind;
 
 /// Check configuration files and certificates without starting anything
@@ -31,7 +32,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     let mut mistakes = Vec::new();
     for file in &arguments.files {
         match check(file) {

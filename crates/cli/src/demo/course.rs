@@ -346,6 +346,7 @@ mod tests {
             structure: "t".parse().unwrap(),
             who: who.to_owned(),
             there,
+            at_start: false,
         };
         assert_eq!(
             shown(&mut course, token("m2", true)),

@@ -103,7 +103,7 @@ impl Printer {
 
     /// Prints an event immediately.
     pub(super) fn print(&mut self, event: &DemoEvent) -> io::Result<()> {
-        let mut out = io::stdout().lock();
+        let mut out = output::stdout();
         let time_s = step(event).map(|step| step.0 as f64 * self.step_s);
         if self.json {
             let time = time_s.map_or(json!({}), |time_s| json!({ "time_s": time_s }));

@@ -14,6 +14,7 @@ use std::path::Path;
 use crate::csv_rows::CsvRows;
 use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
+use crate::output;
 
 pub(crate) use arguments::Arguments;
 use channels::{DetectionPlan, ModuleChannels};
@@ -36,7 +37,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         [] => (DetectionPlan::alike(arguments.group(rows.channels().len())), rows.channels()),
         _ => (DetectionPlan::of_modules(&modules), components.collect()),
     };
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = io::BufWriter::new(output::stdout());
     let judged = judge(arguments, &plan, (rows, &channels), &mut out);
     // What was found up to a mistake is printed before the mistake.
     out.flush()?;

@@ -17,6 +17,7 @@ use ::replay::{ModuleRecord, latest_setup};
 use vocabulary::{ModuleName, RunId};
 
 use crate::failure::Failure;
+use crate::output;
 use crate::replay::read;
 use columns::RunRows;
 pub(crate) use tables::{NamedTable, RecordedTables, is_recording, open_csv, tables_of_run};
@@ -93,7 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     for (form, directory) in arguments.places.each() {
         written.extend(write_all(form, directory, &records, arguments.residuals)?);
     }
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for (file, rows) in written {
         writeln!(out, "{}: {rows} rows", file.display())?;
     }

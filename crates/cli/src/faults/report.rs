@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use observer::{
-    DetectionFacts, ModuleView, Scene, StateRow, StructureRow, Urgency, rows, structures,
+    DetectionFacts, ModuleView, Scene, StateRow, StructureRow, Urgency, in_a_sentence, rows,
+    structures,
 };
 use vocabulary::StructureName;
 
@@ -36,7 +37,7 @@ pub(super) fn report(scene: &Scene, all: bool, width: Option<u16>, paint: Paint)
         if !listed.is_empty() {
             let _ = writeln!(text, "{}\n", painted(state_table(listed)));
         }
-        let _ = writeln!(text, "{}", of.counts.words());
+        let _ = writeln!(text, "{}", in_a_sentence(of.modules));
     }
     for problem in &scene.problems {
         let line = format!("not understood: {}", printable(problem));
@@ -59,7 +60,7 @@ fn structure_table(structures: &[StructureRow<'_>]) -> Painted {
         "unconfirmed",
         "unknown",
         "shelved or suppressed",
-        "normal and verified",
+        "normal",
     ];
     let mut table = table(&heading);
     for of in structures {
@@ -73,7 +74,7 @@ fn structure_table(structures: &[StructureRow<'_>]) -> Painted {
             counts.unconfirmed.to_string(),
             counts.unknown.to_string(),
             counts.set_aside.to_string(),
-            format!("{} of {}", counts.verified, counts.total()),
+            counts.normal_of_total(),
         ]);
     }
     table.align_right(1..heading.len());
@@ -189,7 +190,7 @@ tower
   m2             STALE           1 component unknown                    -         -   -                                   -                   -   -
   m3             NOT ANSWERING   its components are unknown             -         -   -                                   -                   -   peer of m1
 
-1 of 3 components are normal, not verified, 1 latched, 1 unknown";
+2 of 3 modules not in service; 1 of 3 components are normal, not verified, 1 latched, 1 unknown; those of m3 unknown";
         let text = text(modules(), false, None);
         assert_eq!(text, expected, "\n{text}");
     }
@@ -206,10 +207,10 @@ tower
         };
         let some = text(modules(), false, None);
         let table = "\
-  structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   shelved or suppressed   normal and verified
-─────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
-  west                    1 of 2               1         1              0             0         0                       0                0 of 1
-  east                    1 of 1               0         0              0             0         0                       0                1 of 1
+  structure   modules in service   not answering   latched   acknowledged   unconfirmed   unknown   shelved or suppressed   normal
+────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+  west                    1 of 2               1         1              0             0         0                       0   0 of 1
+  east                    1 of 1               0         0              0             0         0                       0   1 of 1
 
 west
   module   phase";

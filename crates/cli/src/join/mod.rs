@@ -12,6 +12,7 @@ use settings::ConfigErrors;
 
 use crate::check::kind::FileKind;
 use crate::failure::Failure;
+use crate::output;
 
 /// Make diagnosers and plants clients of a router, by TLS
 ///
@@ -31,7 +32,7 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for file in &arguments.files {
         let tls = join(file, arguments)?;
         let (file, router, tls) = (file.display(), &arguments.router, tls.display());

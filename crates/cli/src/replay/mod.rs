@@ -6,7 +6,7 @@ mod publish;
 mod reading;
 mod report;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -14,6 +14,7 @@ use daemon::config::load_diagnoser;
 use vocabulary::ModuleName;
 
 use crate::failure::Failure;
+use crate::output;
 use crate::table::WidthArguments;
 pub(crate) use reading::read;
 
@@ -124,7 +125,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         arguments.publish.publish(&reading)?;
         return reading.complete();
     }
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     let width = arguments.width.limit();
     if settings.is_any() {
         let comparison = other_settings::run(&reading, &settings)?;

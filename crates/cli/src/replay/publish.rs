@@ -1,7 +1,7 @@
 //! `trusswatch replay --publish`: recorded samples on the network, in the plant's place.
 
 use std::collections::BTreeSet;
-use std::io::{self, Write};
+use std::io::Write;
 
 use ::replay::{ModuleRecord, latest_setup};
 use daemon::config::Speed;
@@ -13,6 +13,7 @@ use vocabulary::{RunId, StructureName};
 use super::reading::RecordingContents;
 use crate::failure::Failure;
 use crate::link::Link;
+use crate::output;
 
 /// How recorded samples are published.
 #[derive(Debug, clap::Args)]
@@ -59,7 +60,7 @@ impl PublishArguments {
             *into = player::run(&network, programme, playback, shutdown).await?;
             Ok(())
         })?;
-        let mut out = io::stdout().lock();
+        let mut out = output::stdout();
         writeln!(out, "published {published} samples of run {recorded} as run {run}")?;
         Ok(())
     }

@@ -12,7 +12,7 @@ mod layout;
 mod neighbourhood;
 mod template;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_plant};
@@ -21,6 +21,7 @@ use truss::Structure;
 use zenoh::config::EndPoint;
 
 use crate::failure::Failure;
+use crate::output;
 use directory::Directory;
 use layout::NetworkLayout;
 use neighbourhood::Neighbourhood;
@@ -92,7 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let peers = neighbourhood.peer_names(member);
         templates[kind].copied(copy, copies, &row.name, peers, network)?.write(&directory)?;
     }
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     writeln!(
         out,
         "{}: {copies} copies of `{}`, {} diagnosers",

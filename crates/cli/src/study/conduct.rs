@@ -168,7 +168,7 @@ fn report<C: Campaign>(
     let document = output::text(&document)?;
     let (tables, notes) = campaign.tables(&done.rows, &summary);
     let heading = in_words(&header.campaign);
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     if output.json {
         out.write_all(document.as_bytes())?;
     } else {
@@ -249,7 +249,7 @@ fn show<C: Campaign>(campaign: &C, case: u64, engine: &Engine) -> Result<(), Fai
     }
     let explanation = explain(campaign, case, engine)?;
     let paint = Paint::of_stdout();
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     for line in &explanation.lines {
         match colour(line.kind) {
             Some(colour) => writeln!(out, "{}", paint.in_colour(colour, &line.to_string()))?,

@@ -1,13 +1,14 @@
 //! Access to the page of `trusswatch web`; and `trusswatch web link`, which creates a link that admits a user once.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use web::{LinkError, ListenerSettings, Origin, PersonName, TlsFiles};
+use web::{LinkError, ListenerSettings, PageAddress, PersonName, TlsFiles};
 
 use crate::failure::Failure;
+use crate::output;
 
 /// Who gets to the page, and by which way.
 #[derive(Debug, clap::Args)]
@@ -25,9 +26,9 @@ pub(super) struct AccessFlags {
     /// A directory with the certificates that are revoked, such as a copy of pki/revoked
     #[arg(long, value_name = "DIRECTORY", requires = "page_authority")]
     revoked: Option<PathBuf>,
-    /// The page's address at a proxy that does TLS, https://NAME
-    #[arg(long, value_name = "ORIGIN", conflicts_with = "page_certificate")]
-    behind_proxy: Option<Origin>,
+    /// The page's address at a proxy that does TLS: https://NAME, or https://NAME/PATH if the proxy strips that path
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "page_certificate")]
+    behind_proxy: Option<PageAddress>,
     /// A further name of the page, NAME or NAME:PORT; those in its certificate need not be named. May be repeated
     #[arg(long = "page-name", value_name = "NAME")]
     names: Vec<String>,
@@ -81,14 +82,14 @@ pub(super) struct OneTimeLinkArguments {
     valid: Duration,
     /// The address of the page, as the person's browser has it
     #[arg(long, value_name = "ADDRESS", default_value = "http://127.0.0.1:8480")]
-    address: Origin,
+    address: PageAddress,
 }
 
 /// Runs `trusswatch web link`.
 pub(super) fn link(arguments: &OneTimeLinkArguments) -> Result<(), Failure> {
     let OneTimeLinkArguments { person, state_dir, view_only, valid, address } = arguments;
     let link = web::one_time_link(state_dir, person, !view_only, *valid)?;
-    writeln!(io::stdout(), "{address}{link}")?;
+    writeln!(output::stdout(), "{address}{link}")?;
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
@@ -38,9 +38,13 @@ impl Follower {
         self.lines.by_ref().map(Result::unwrap).find(is_it).unwrap()
     }
 
-    fn stop(mut self) -> Option<i32> {
+    fn stop(self) -> Option<i32> {
+        self.end_by(Signal::SIGTERM)
+    }
+
+    fn end_by(mut self, signal: Signal) -> Option<i32> {
         let pid = Pid::from_raw(i32::try_from(self.child.id()).unwrap());
-        kill(pid, Signal::SIGTERM).unwrap();
+        kill(pid, signal).unwrap();
         self.child.wait().unwrap().code()
     }
 }
@@ -78,4 +82,33 @@ async fn verdicts_and_presence_are_printed_as_they_come_until_it_is_ended() {
     assert_eq!((&document["news"], &document["state"]), (&"fault".into(), &"latched".into()));
     assert_eq!((&document["sequence"], &document["v"]), (&7.into(), &1.into()));
     assert_eq!(codes, [Some(0), Some(0)]);
+}
+
+/// Far more than a pipe holds.
+const MANY: u64 = 400;
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_signal_ends_it_though_nobody_reads_what_it_prints() {
+    let mut tower = StandIn::open("tower").await;
+    let mut stalled = [Follower::of(&tower, &["--json"]), Follower::of(&tower, &["--json"])];
+    tower.token("module1").await;
+    for follower in &mut stalled {
+        follower.line(&["presence", "module1"]);
+    }
+    for sequence in 0..MANY {
+        tower
+            .publish(&tower.transition("module1/sensor/g2", FaultState::Latched, 7 + sequence))
+            .await;
+    }
+    // Until the pipes are full.
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let ended = tokio::task::spawn_blocking(move || {
+        let begun = Instant::now();
+        let [first, second] = stalled;
+        let codes = [first.end_by(Signal::SIGTERM), second.end_by(Signal::SIGINT)];
+        (codes, begun.elapsed())
+    });
+    let (codes, took) = tokio::time::timeout(TIMEOUT, ended).await.unwrap().unwrap();
+    assert_eq!(codes, [Some(0), Some(0)]);
+    assert!(took < Duration::from_secs(20), "{took:?}");
 }

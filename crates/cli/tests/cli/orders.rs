@@ -49,6 +49,22 @@ async fn a_command_arrives_as_it_was_given_and_its_outcome_is_printed() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn control_characters_in_the_own_name_do_not_reach_the_terminal() {
+    let mut tower = StandIn::open("tower").await;
+    tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    let given = ["ack", "module1/sensor/g2", "--by", "ada\u{1b}[2J\u{9b}31m"];
+    let people = tower.run(&given);
+    let machines = tower.run(&[&given[..], &["--json"]].concat());
+    assert!(people.stdout.contains(r" by ada\u{1b}[2J\u{9b}31m: "), "{}", people.stdout);
+    for outcome in [people, machines] {
+        outcome.succeeds();
+        let printed = outcome.stdout + &outcome.stderr;
+        assert!(!printed.contains(['\u{1b}', '\u{9b}']), "{printed:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn alarms_are_set_aside_for_a_time_and_for_a_reason() {
     let mut tower = StandIn::open("tower").await;
     let orders = tower.orders("module1", Arc::new(reasonable)).await;

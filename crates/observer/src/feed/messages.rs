@@ -84,7 +84,7 @@ pub(crate) fn token(sample: &Sample) -> Option<Incoming> {
         }
         Key::Plant { structure, topic: PlantTopic::Alive } => {
             let who = PLANT.to_owned();
-            Some(Incoming::Other(News::Presence { structure, who, there }))
+            Some(Incoming::Other(News::Presence { structure, who, there, at_start: false }))
         }
         Key::Module { .. } | Key::Plant { .. } => None,
     }

@@ -38,6 +38,8 @@ const CONNECTED_WITHIN: Duration = Duration::from_secs(3);
 /// How long a token has to be gone, and the connection to be there, before the process is reported to have left: when
 /// the connection is lost all tokens disappear, and with a new one those of running processes appear again.
 const LEFT_AFTER: Duration = Duration::from_millis(500);
+/// How long after the connection tokens may arrive of processes that were there before.
+const FOUND_WITHIN: Duration = Duration::from_secs(1);
 /// Modules whose sequence numbers are tracked; messages of further modules are passed on as they arrive.
 const MODULES: usize = 1024;
 
@@ -68,6 +70,14 @@ struct OwnConnection {
     was_there: bool,
 }
 
+impl OwnConnection {
+    /// Whether what is heard now may have been there before the connection.
+    fn is_new(&self, now: Instant) -> bool {
+        let since = self.since.filter(|_| self.is_there);
+        since.is_none_or(|since| now.saturating_duration_since(since) < FOUND_WITHIN)
+    }
+}
+
 impl EventFeed {
     /// Handles a published message, or a token that appeared or disappeared.
     pub(crate) fn published(&mut self, incoming: Incoming, now: Instant) -> Vec<News> {
@@ -82,7 +92,7 @@ impl EventFeed {
                 let (structure, module) = key;
                 self.token(structure, module.to_string(), there, now)
             }
-            Incoming::Other(News::Presence { structure, who, there }) => {
+            Incoming::Other(News::Presence { structure, who, there, .. }) => {
                 self.token(structure, who, there, now)
             }
             other => self.other(other, false).into_iter().collect(),
@@ -126,6 +136,7 @@ impl EventFeed {
                 structure,
                 who,
                 there: false,
+                at_start: false,
             }));
         }
         news
@@ -144,7 +155,9 @@ impl EventFeed {
             return Vec::new();
         }
         let is_back = self.gone.remove(&(structure.clone(), who.clone())).is_some();
-        (!is_back).then_some(News::Presence { structure, who, there }).into_iter().collect()
+        let at_start = !self.is_open || self.connection.is_new(now);
+        let presence = News::Presence { structure, who, there, at_start };
+        (!is_back).then_some(presence).into_iter().collect()
     }
 
     fn transition(&mut self, transition: FaultTransition) -> Vec<News> {

@@ -502,8 +502,9 @@ struct Presences {
 }
 
 impl Presences {
+    /// A feed whose first query was answered.
     fn new() -> Self {
-        Self { feed: EventFeed::default(), start: Instant::now() }
+        Self { feed: EventFeed { is_open: true, ..EventFeed::default() }, start: Instant::now() }
     }
 
     fn token(&mut self, module: &str, there: bool, ms: u64) -> Vec<String> {
@@ -520,7 +521,9 @@ impl Presences {
 fn in_words(news: Vec<News>) -> Vec<String> {
     let words = |news| match news {
         News::Connection { connected } => format!("connected {connected}"),
-        News::Presence { who, there, .. } => format!("{who} {there}"),
+        News::Presence { who, there, at_start, .. } => {
+            format!("{who} {there}{}", if at_start { " before" } else { "" })
+        }
         other => unreachable!("{other:?}"),
     };
     news.into_iter().map(words).collect()
@@ -529,9 +532,9 @@ fn in_words(news: Vec<News>) -> Vec<String> {
 #[test]
 fn an_observer_that_is_cut_off_says_so_and_not_that_modules_have_left() {
     let mut seen = Presences::new();
-    assert_eq!(seen.token("m1", true, 0), ["m1 true"]);
-    assert_eq!(seen.token("m2", true, 0), ["m2 true"]);
+    assert_eq!(seen.token("m1", true, 0), ["m1 true before"]);
     assert!(seen.connected(true, 10).is_empty());
+    assert_eq!(seen.token("m2", true, 500), ["m2 true before"]);
     // The entry point dies: every token disappears.
     for module in ["m1", "m2"] {
         assert!(seen.token(module, false, 1000).is_empty());

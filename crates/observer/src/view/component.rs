@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 use vocabulary::words::{
-    at_detection, identified, printable, reason, state_and_aside, state_in_words, state_tone,
+    at_detection, identified, present_reason, printable, reason, state_and_aside, state_in_words,
+    state_tone,
 };
 use vocabulary::{
     ComponentPath, Condition, FaultState, FaultTransition, FreezeFrame, Identification, RunId,
@@ -28,7 +29,7 @@ impl StateRow {
             is_covered: false,
             since_unix_ns: since(state),
             kind: identification(state).map(identified).unwrap_or_default(),
-            why: reason(state),
+            why: present_reason(state),
             unknown: Vec::new(),
             measured: measured(state),
         }
@@ -203,6 +204,21 @@ impl Counts {
         latched + acknowledged + unconfirmed + tentative + explained + unknown + normal
     }
 
+    /// The normal ones in a table: how many of how many.
+    #[must_use]
+    pub fn normal_of_total(&self) -> String {
+        let (normal, not_verified) = self.shown_normal();
+        format!("{normal} of {}{not_verified}", self.total())
+    }
+
+    /// How many are normal; if none agrees with a reference, those that are not verified.
+    fn shown_normal(&self) -> (usize, &'static str) {
+        match self.verified {
+            0 if self.normal > 0 => (self.normal, ", not verified"),
+            verified => (verified, ""),
+        }
+    }
+
     /// In words, the normal ones first.
     #[must_use]
     pub fn words(&self) -> String {
@@ -211,12 +227,8 @@ impl Counts {
             return "all components unknown".to_owned();
         }
         let unverified = self.normal - verified;
-        let first = match verified {
-            0 if unverified > 0 => {
-                format!("{unverified} of {total} components are normal, not verified")
-            }
-            _ => format!("{verified} of {total} components are normal"),
-        };
+        let (normal, not_verified) = self.shown_normal();
+        let first = format!("{normal} of {total} components are normal{not_verified}");
         let others = [
             (self.latched, "latched"),
             (self.acknowledged, "acknowledged"),

@@ -38,10 +38,11 @@ impl EventLine {
             News::Fault(transition) => return Self::of_transition(transition),
             News::Identification(found) => return Self::of_identification(found),
             News::Phase(change) => return Self::of_phase(change),
-            News::Presence { structure, who, there } => {
+            News::Presence { structure, who, there, at_start } => {
                 let (what, tone) =
                     if *there { ("there", Tone::Calm) } else { ("GONE", Tone::Alarm) };
-                let line = Self::new(printable(who), what, tone);
+                let why = if *at_start { "when this view connected or before" } else { "" };
+                let line = Self::new(printable(who), what, tone).because(why);
                 match who.parse::<ModuleName>() {
                     Ok(module) if who != vocabulary::keys::PLANT => {
                         line.of_module(structure, &module)

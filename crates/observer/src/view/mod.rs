@@ -37,5 +37,5 @@ pub use module::{JournalHealth, ModuleView};
 pub use news::{News, ObservedEvent};
 pub use order::{OrderOutcome, OrderRequest, QueryError};
 pub use row::{DetectionFacts, StateRow, Urgency};
-pub use scene::{NetworkState, Scene};
+pub use scene::{NetworkState, Scene, in_a_sentence};
 pub use structures::Structures;

@@ -303,7 +303,11 @@ impl ModuleView {
     pub(super) fn doubt(&mut self) {
         if let Some(reason) = self.why_unheard() {
             let unknown = Unknown { since_unix_ns: self.heard_unix_ns, reason: reason.to_owned() };
-            self.components.iter_mut().for_each(|state| component::silence(state, &unknown));
+            for state in &mut self.components {
+                component::silence(state, &unknown);
+                // How it compares with its reference is not known either.
+                state.condition = None;
+            }
             return;
         }
         let lack = self.lack();

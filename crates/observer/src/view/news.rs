@@ -21,6 +21,8 @@ pub enum News {
         who: String,
         /// Whether it appeared.
         there: bool,
+        /// Whether it was found when the observer connected: it may have appeared long before.
+        at_start: bool,
     },
     /// A diagnoser reports another process that runs as the same module.
     SeveralProcesses {

@@ -110,18 +110,36 @@ impl Scene {
             let words = if is_open { "no module answers" } else { "no network: state unknown" };
             return words.to_owned();
         }
-        let is_missing = |module: &&ModuleView| !module.is_in_service() && !module.is_cut_off;
-        let missing = self.modules.iter().filter(is_missing).count();
-        let mut parts = Vec::new();
-        if missing > 0 {
-            parts.push(format!("{missing} of {} modules not in service", self.modules.len()));
-        }
-        parts.push(Counts::of(self.components()).words());
+        let words = in_a_sentence(&self.modules);
         match self.network {
-            NetworkState::Open => {}
-            NetworkState::CutOff(_) => parts.insert(0, "cut off from the network".to_owned()),
-            _ => parts.push("last known state".to_owned()),
+            NetworkState::Open => words,
+            NetworkState::CutOff(_) => format!("cut off from the network; {words}"),
+            _ => format!("{words}; last known state"),
         }
-        parts.join("; ")
     }
+}
+
+/// Most names of modules in a sentence.
+const NAMES: usize = 3;
+
+/// Modules and their components in one sentence, which also says whose components are not counted.
+#[must_use]
+pub fn in_a_sentence(modules: &[ModuleView]) -> String {
+    let is_missing = |module: &&ModuleView| !module.is_in_service() && !module.is_cut_off;
+    let missing = modules.iter().filter(is_missing).count();
+    let mut parts = Vec::new();
+    if missing > 0 {
+        parts.push(format!("{missing} of {} modules not in service", modules.len()));
+    }
+    let counts = Counts::of(modules.iter().flat_map(|module| &module.components));
+    parts.push(counts.words());
+    let uncounted = modules.iter().filter(|module| module.components.is_empty());
+    let uncounted: Vec<&str> = uncounted.map(|module| module.module.as_str()).collect();
+    match uncounted.len() {
+        0 => {}
+        _ if counts.total() == 0 => {}
+        1..=NAMES => parts.push(format!("those of {} unknown", uncounted.join(", "))),
+        many => parts.push(format!("those of {many} modules unknown")),
+    }
+    parts.join("; ")
 }

@@ -74,7 +74,7 @@ impl Structures {
                     (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
                 }
             }
-            News::Presence { structure, who, there } => {
+            News::Presence { structure, who, there, .. } => {
                 // The plant has a liveliness token but is not a module.
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
@@ -279,7 +279,8 @@ mod tests {
     }
 
     fn token(module: &str, there: bool) -> News {
-        News::Presence { structure: "tower".parse().unwrap(), who: module.to_owned(), there }
+        let (structure, who) = ("tower".parse().unwrap(), module.to_owned());
+        News::Presence { structure, who, there, at_start: false }
     }
 
     fn phase(phase: ModulePhase, time_unix_ns: u64) -> News {
@@ -317,6 +318,7 @@ mod tests {
             assert_eq!((state(&scene), scene.modules[0].is_silent), (known, false));
             let scene = structures.scene(2, 10 * SECOND);
             assert_eq!((state(&scene), scene.modules[0].is_silent), (later, true));
+            assert_eq!(scene.modules[0].components[0].condition, None, "nor whether it agrees");
             assert_eq!(scene.modules[0].heard_unix_ns, 7 * SECOND);
             structures.status(testing::status("m1", &[]), 11 * SECOND);
             assert_eq!(state(&structures.scene(3, 11 * SECOND)), known);

@@ -272,6 +272,9 @@ fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
     let words = "1 of 2 modules not in service; 1 of 3 components are normal, 1 latched, 1 unknown, \
                  1 shelved or suppressed";
     assert_eq!(others.summary(), words);
+    let dead = scene(vec![verified(), mute("m2", Some("m1"))]);
+    let words = "1 of 2 modules not in service; 1 of 1 components are normal; those of m2 unknown";
+    assert_eq!(dead.summary(), words);
     let nothing = "1 of 1 modules not in service; all components unknown";
     assert_eq!(scene(vec![mute("m1", None)]).summary(), nothing);
     let cut = Scene { network: NetworkState::Closed, ..scene(vec![verified()]) };
@@ -298,10 +301,27 @@ fn each_kind_of_event_has_its_line() {
     let fault = line(News::Fault(Box::new(seen)));
     let why = "acknowledged by ada@station: looks loose";
     assert_eq!(fault, of("m1/sensor/g1", "acknowledged", why));
+    let given = vocabulary::GivenOrderKind::Unsuppress;
+    let mut unsuppressed = acknowledged("m1", 3);
+    unsuppressed.order.as_mut().unwrap().kind = given;
+    unsuppressed.detection_step = Some(vocabulary::Step(5));
+    let why = "no longer suppressed, ordered by ada@station: looks loose";
+    let row = StateRow::of_component(&unsuppressed);
+    assert_eq!(row.why, "", "an order that has ended something is of the past");
+    let fault = line(News::Fault(Box::new(unsuppressed)));
+    assert_eq!(fault, of("m1/sensor/g1", "acknowledged", why), "and no change of its own");
     let found = line(News::Identification(Box::new(identification(false, &["bias", "drift"]))));
     assert_eq!(found, of("m1/sensor/g2", "not identified", "bias or drift: not yet decided"));
-    let gone = News::Presence { structure: structure.clone(), who: "m2".to_owned(), there: false };
+    let gone = News::Presence {
+        structure: structure.clone(),
+        who: "m2".to_owned(),
+        there: false,
+        at_start: false,
+    };
     assert_eq!(line(gone), of("m2", "GONE", ""));
+    let (tower, who) = (structure.clone(), "m2".to_owned());
+    let found = News::Presence { structure: tower, who, there: true, at_start: true };
+    assert_eq!(line(found), of("m2", "there", "when this view connected or before"));
     let module = "m1".parse().unwrap();
     let several = line(News::SeveralProcesses { structure: structure.clone(), module });
     let why = "duplicate diagnosers for this module: stop all but one";

@@ -18,6 +18,7 @@ use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 
 use super::condition::Condition;
+use crate::logging::with_unreachable;
 
 /// Most connections at a time; further ones wait.
 const CONNECTIONS: usize = 64;
@@ -168,12 +169,18 @@ fn router(subject: Arc<dyn Subject>) -> Router {
         )
         .route(
             READY,
-            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&subject.ready())),
+            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&ready(&*subject))),
         )
         .route(METRICS, get(metrics))
         .fallback(unknown)
         .method_not_allowed_fallback(unknown)
         .with_state(subject)
+}
+
+/// Its readiness. That a configured endpoint is not reached is said, and no reason to call it not ready: others may be.
+fn ready(subject: &dyn Subject) -> Condition {
+    let Condition { well, words } = subject.ready();
+    Condition { well, words: with_unreachable(&words, "; ") }
 }
 
 async fn metrics(State(subject): State<Arc<dyn Subject>>) -> Response {

@@ -1,11 +1,14 @@
 //! Logging, filtered by an environment variable: to the journal with structured fields if a service manager connected
 //! the process to it, otherwise as text to standard error.
 
+mod endpoints;
 mod journal;
 mod refusals;
 mod rewriting;
 
 use std::io::IsTerminal;
+
+pub(crate) use endpoints::with_unreachable;
 
 use rewriting::{Rewriting, with_printable_texts};
 use tracing_subscriber::layer::SubscriberExt;

@@ -28,6 +28,7 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::Context;
 use tracing_subscriber::registry::LookupSpan;
 
+use super::endpoints;
 use crate::occurrences::Occurrences;
 
 /// The module of Zenoh that evaluates messages.
@@ -57,25 +58,35 @@ where
     RefusalLayer { sender, names: Mutex::default() }.with_filter(interesting)
 }
 
+/// What Zenoh's log tells.
+enum Report {
+    /// A refusal to be logged.
+    Refusal(String),
+    /// Zenoh's words on a connection to a configured endpoint.
+    Connecting(String),
+}
+
 /// Extracts refusals from Zenoh's log.
 struct RefusalLayer {
-    sender: SyncSender<String>,
+    sender: SyncSender<Report>,
     names: Mutex<Names>,
 }
 
 impl<S: Subscriber> Layer<S> for RefusalLayer {
     fn on_event(&self, event: &Event<'_>, _context: Context<'_, S>) {
         let target = event.metadata().target();
-        let refusal = if target == ACCESS_CONTROL {
-            JUDGEMENTS.with_borrow_mut(|judgements| judgements.judge(event, &self.names))
+        let report = if target == ACCESS_CONTROL {
+            let judge = |judgements: &mut Judgements| judgements.judge(event, &self.names);
+            JUDGEMENTS.with_borrow_mut(judge).map(Report::Refusal)
         } else if target.starts_with(TLS) {
-            refused_connection(&words_of(event))
+            refused_connection(&words_of(event)).map(Report::Refusal)
         } else {
-            failed_connection(&words_of(event))
+            let words = words_of(event);
+            endpoints::concern(&words).then_some(Report::Connecting(words))
         };
-        if let Some(refusal) = refusal {
+        if let Some(report) = report {
             // Dropped if full, because a flood must not delay the network.
-            let _ = self.sender.try_send(refusal);
+            let _ = self.sender.try_send(report);
         }
     }
 }
@@ -184,19 +195,17 @@ fn refused_connection(words: &str) -> Option<String> {
     Some(format!("a connection was refused: {reason}"))
 }
 
-/// A peer that is not reachable yet has not refused the connection; one with a wrong identity is refused.
-fn failed_connection(words: &str) -> Option<String> {
-    let refused = ["certificate", "fatal alert", "corrupt message"];
-    let (attempt, _) = words.split_once(". Retry in")?;
-    let (_, attempt) = attempt.split_once("Unable to connect to configured peer ")?;
-    let is_refused = refused.iter().any(|word| attempt.contains(word));
-    is_refused.then(|| format!("no connection to {attempt}"))
-}
-
 /// Logs each refusal at most once a minute.
-fn log(refusals: &Receiver<String>) {
+fn log(reports: &Receiver<Report>) {
     let mut logged: HashMap<String, Occurrences> = HashMap::new();
-    while let Ok(refusal) = refusals.recv() {
+    while let Ok(report) = reports.recv() {
+        let refusal = match report {
+            Report::Refusal(refusal) => refusal,
+            Report::Connecting(words) => {
+                endpoints::note(&words, Instant::now());
+                continue;
+            }
+        };
         if logged.len() >= REMEMBERED && !logged.contains_key(&refusal) {
             logged.clear();
         }
@@ -258,9 +267,5 @@ mod tests {
         assert_eq!(logged, "a connection was refused: invalid peer certificate: Expired");
         let timed = "certificate expired: verification time 17952 (UNIX). Hint: none";
         assert!(refused_connection(timed).unwrap().ends_with("certificate expired"));
-        let failed =
-            |why| format!("Unable to connect to configured peer tls/a:1! {why}. Retry in 1s.");
-        assert!(failed_connection(&failed("invalid peer certificate: UnknownIssuer")).is_some());
-        assert_eq!(failed_connection(&failed("Connection refused (os error 111)")), None);
     }
 }

@@ -10,6 +10,7 @@ use vocabulary::printable;
 use super::STOPPING;
 use super::notification::Notification;
 use super::pulse::{Pulse, Sign};
+use crate::logging::with_unreachable;
 
 /// Heartbeats per watchdog timeout of the service manager: all but one may be lost or late.
 const SIGNS: u32 = 4;
@@ -57,9 +58,12 @@ impl Supervisor {
         self.tell(&[NotifyState::Ready, NotifyState::Status(&printable(status))]);
     }
 
-    /// Reports the present status.
+    /// Reports the present status, and the configured endpoints that are not reached.
     pub fn status(&self, status: &str) {
-        self.tell(&[NotifyState::Status(&printable(status))]);
+        if self.manager.is_some() {
+            let words = with_unreachable(status, ", ");
+            self.tell(&[NotifyState::Status(&printable(&words))]);
+        }
     }
 
     /// Records progress; only the working loop may call this. No heartbeat is sent while another thread hangs.

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use observer::ComponentId;
-use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
+use vocabulary::{Divergences, FaultState, FaultTransition, FreezeFrame, Identification};
 
 use super::effect::ModelEffect;
 
@@ -49,7 +49,7 @@ impl CloseUp {
     pub(crate) fn new(subject: ComponentId) -> Self {
         Self {
             subject,
-            frame: Fetched::Missing("it has no fault".to_owned()),
+            frame: Fetched::Awaited,
             identification: Fetched::Here(None),
             latest: VecDeque::new(),
             run: None,
@@ -67,7 +67,10 @@ impl CloseUp {
         if !present.state().is_fault() {
             self.asked_for = None;
             self.identification = Fetched::Here(None);
-            self.frame = Fetched::Missing("it has no fault".to_owned());
+            let is_known = present.state() != FaultState::Unknown;
+            let why =
+                if is_known { "it has no fault" } else { "whether it has a fault is not known" };
+            self.frame = Fetched::Missing(why.to_owned());
             return Vec::new();
         }
         let is_new = self.asked_for != Some(present.sequence);

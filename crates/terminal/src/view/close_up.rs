@@ -168,16 +168,16 @@ fn of_latest(seen: &CloseUp) -> [Plot; 2] {
     let latest = || seen.latest.iter();
     let residuals = latest().map(|one| (number(one.step), scale * one.residual)).collect();
     let powers = latest().map(|one| (number(one.step), one.ratio.log10())).collect();
-    let nothing = "nothing published yet".to_owned();
+    let nothing = "nothing received yet".to_owned();
     [
         Plot {
-            title: format!("residual [{unit}], live"),
+            title: format!("residual [{unit}], as published"),
             points: residuals,
             otherwise: nothing.clone(),
             ..Plot::default()
         },
         Plot {
-            title: "D/γ, power of ten, live".to_owned(),
+            title: "D/γ, power of ten, as published".to_owned(),
             points: powers,
             level: Some(0.0),
             otherwise: nothing,

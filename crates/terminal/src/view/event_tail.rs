@@ -22,9 +22,28 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     let latest: Vec<_> = latest.collect();
     for (line, event) in (0..).zip(latest.iter().rev()) {
         let drawn = EventLine::of(event);
-        let time = utc(drawn.time_unix_ns);
-        let time = time.get(11..23).unwrap_or(&time);
-        let columns = [(time, 12), (&drawn.who, 22), (&drawn.what, 14), (&drawn.why, 0)];
+        let time = time(drawn.time_unix_ns, model.shown_unix_ns());
+        let columns = [(&*time, 12), (&drawn.who, 22), (&drawn.what, 14), (&drawn.why, 0)];
         cells.row(body, line, &columns, cells.palette.tone(drawn.tone));
+    }
+}
+
+/// The time of day, or of another day the date and the minute.
+fn time(time_unix_ns: u64, now_unix_ns: u64) -> String {
+    let [time, now] = [time_unix_ns, now_unix_ns].map(utc);
+    let (date, of_day) = time.split_at(11);
+    if now.starts_with(date) { of_day[..12].to_owned() } else { time[5..16].replace('T', " ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_on_another_day_is_not_shown_as_of_today() {
+        const HOUR: u64 = 3_600_000_000_000;
+        assert_eq!(time(25 * HOUR, 26 * HOUR), "01:00:00.000");
+        assert_eq!(time(23 * HOUR, 26 * HOUR), "01-01 23:00");
+        assert_eq!(time(25 * HOUR, 23 * HOUR), "01-02 01:00");
     }
 }

@@ -30,6 +30,7 @@ mod plot;
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
+use vocabulary::in_ascii;
 
 use crate::model::Model;
 use cells::{Cells, part};
@@ -44,6 +45,17 @@ const LEAST: (u16, u16) = (40, 10);
 
 /// Draws the whole screen.
 pub(crate) fn draw(model: &Model, area: Rect, buffer: &mut Buffer) {
+    draw_in_utf8(model, area, buffer);
+    if model.settings.ascii {
+        // A symbol may have several characters, such as a letter and its accent.
+        for cell in &mut buffer.content {
+            let shown = cell.symbol().chars().next().map_or(' ', in_ascii);
+            cell.set_char(shown);
+        }
+    }
+}
+
+fn draw_in_utf8(model: &Model, area: Rect, buffer: &mut Buffer) {
     let palette = Palette { colours: model.settings.colours };
     let mut cells = Cells { buffer, palette };
     if area.width < LEAST.0 || area.height < LEAST.1 {

@@ -21,7 +21,7 @@ pub use identification::{
 pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;
 pub use quantity::{at_detection, force, ratio, residual, span};
-pub use reason::{ordered, reason};
+pub use reason::{ordered, present_reason, reason};
 pub use state::state_in_words;
 pub use time::{parse_utc, parse_utc_or_ago, utc};
 pub use tone::{Tone, phase_tone, state_tone};

@@ -8,8 +8,25 @@ use super::doubt::why_unconfirmed;
 use super::quantity::residual;
 use super::time::utc;
 
-/// In words; empty if there is nothing to say beside the state.
+/// Why it is in this state now, in words; empty if there is nothing to say beside the state. An order that ended a
+/// shelving or suppression is of the past.
+#[must_use]
+pub fn present_reason(transition: &FaultTransition) -> String {
+    reasons(transition, |kind| !ends_aside(kind))
+}
+
+/// Why it changed to this state, in words; empty if there is nothing to say beside the state.
+#[must_use]
 pub fn reason(transition: &FaultTransition) -> String {
+    reasons(transition, |_| true)
+}
+
+fn ends_aside(kind: GivenOrderKind) -> bool {
+    use GivenOrderKind::{Lapse, Unshelve, Unsuppress};
+    matches!(kind, Unshelve | Unsuppress | Lapse { .. })
+}
+
+fn reasons(transition: &FaultTransition, tells: impl Fn(GivenOrderKind) -> bool) -> String {
     let mut reasons = Vec::new();
     if transition.state().is_fault() {
         reasons.extend(symptom(transition));
@@ -37,7 +54,8 @@ pub fn reason(transition: &FaultTransition) -> String {
     }
     reasons.extend(asides(transition));
     reasons.extend(transition.state_order.as_deref().map(ordered));
-    reasons.extend(transition.order.as_ref().and_then(|order| beside(transition, order)));
+    let order = transition.order.as_ref().filter(|order| tells(order.kind));
+    reasons.extend(order.and_then(|order| beside(transition, order)));
     if !transition.durable {
         reasons.push("NOT IN THE JOURNAL".to_owned());
     }
@@ -182,5 +200,8 @@ mod tests {
         assert_eq!(of(GivenOrderKind::Unshelve), unshelved);
         let unsuppressed = "no longer suppressed, ordered by ada (through web): painting";
         assert_eq!(of(GivenOrderKind::Unsuppress), unsuppressed);
+        for ended in [GivenOrderKind::Unshelve, GivenOrderKind::Unsuppress] {
+            assert_eq!(present_reason(&transition(false, false, ended)), "", "not for ever");
+        }
     }
 }

@@ -6,17 +6,21 @@ use super::secret::Secret;
 
 /// Name over TLS. Browsers accept it only from this host over TLS, so no other host of the domain can set it.
 const SECURE_NAME: &str = "__Host-trusswatch";
+/// Name over TLS under a path, which browsers do not allow with the former.
+const SECURE_NAME_OF_PATH: &str = "__Secure-trusswatch";
 /// Name over plain HTTP on this machine.
 const PLAIN_NAME: &str = "trusswatch";
 
 /// Name and attributes of the cookie.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Cookie {
+pub(crate) struct Cookie<'a> {
     /// Whether the browser connects over TLS.
     pub(crate) is_secure: bool,
+    /// The path under which a proxy has the site; empty at the root.
+    pub(crate) path: &'a str,
 }
 
-impl Cookie {
+impl Cookie<'_> {
     /// The session named in a request. Several cookies of this name are all ignored, because at least one was planted.
     pub(crate) fn read(self, headers: &HeaderMap) -> Option<Secret> {
         let values = headers.get_all(header::COOKIE).iter().filter_map(|value| value.to_str().ok());
@@ -41,15 +45,17 @@ impl Cookie {
     }
 
     fn name(self) -> &'static str {
-        if self.is_secure { SECURE_NAME } else { PLAIN_NAME }
+        match (self.is_secure, self.path.is_empty()) {
+            (true, true) => SECURE_NAME,
+            (true, false) => SECURE_NAME_OF_PATH,
+            (false, _) => PLAIN_NAME,
+        }
     }
 
-    fn attributes(self) -> &'static str {
-        if self.is_secure {
-            "; Path=/; HttpOnly; SameSite=Strict; Secure"
-        } else {
-            "; Path=/; HttpOnly; SameSite=Strict"
-        }
+    fn attributes(self) -> String {
+        let path = if self.path.is_empty() { "/" } else { self.path };
+        let secure = if self.is_secure { "; Secure" } else { "" };
+        format!("; Path={path}; HttpOnly; SameSite=Strict{secure}")
     }
 }
 
@@ -64,7 +70,7 @@ mod tests {
     #[test]
     fn a_session_is_read_from_its_own_cookie_alone() {
         let secret = Secret::new().unwrap();
-        let (secure, plain) = (Cookie { is_secure: true }, Cookie { is_secure: false });
+        let [secure, plain] = [true, false].map(|is_secure| Cookie { is_secure, path: "" });
         let own = format!("a=b; __Host-trusswatch={}; c=d", secret.as_str());
         let read = secure.read(&headers(std::slice::from_ref(&own))).unwrap();
         assert_eq!(read.fingerprint(), secret.fingerprint());
@@ -76,13 +82,13 @@ mod tests {
     #[test]
     fn scripts_and_other_sites_do_not_get_it() {
         let secret = Secret::new().unwrap();
-        let set = Cookie { is_secure: true }.set(&secret).unwrap();
+        let set = Cookie { is_secure: true, path: "" }.set(&secret).unwrap();
         let expected = format!(
             "__Host-trusswatch={}; Path=/; HttpOnly; SameSite=Strict; Secure",
             secret.as_str()
         );
         assert_eq!(set, expected.as_str());
-        let cleared = Cookie { is_secure: false }.clear().unwrap();
+        let cleared = Cookie { is_secure: false, path: "" }.clear().unwrap();
         assert_eq!(cleared, "trusswatch=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
     }
 }

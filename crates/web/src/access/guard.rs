@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use axum::Router;
-use axum::body::Body;
+use axum::body::{Body, to_bytes};
 use axum::extract::{Request, State};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, header};
@@ -16,7 +16,7 @@ use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::{Access, Person, Visit, certificate, form, headers, plain};
 use crate::assets::{ALARM_ICON_PATH, ICON_PATH};
-use crate::listener::Connection;
+use crate::listener::{Connection, Site};
 
 /// Path of the sign-in page.
 pub(super) const SIGN_IN: &str = "/sign-in";
@@ -56,8 +56,31 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
             answer(&stop)
         }
     };
-    headers::add(response.headers_mut(), access.settings.site.is_tls);
-    response
+    headers::add(response.headers_mut(), access.site().is_tls);
+    if access.site().path().is_empty() {
+        response
+    } else {
+        under_path(access.site(), response).await
+    }
+}
+
+/// The response as it has to be if a proxy has the site under a path: pages and redirects are made for the root.
+async fn under_path(site: &Site, response: Response) -> Response {
+    let (mut head, mut body) = response.into_parts();
+    let location = head.headers.get(header::LOCATION).and_then(|value| value.to_str().ok());
+    let location = location.map(|path| HeaderValue::from_str(&format!("{}{path}", site.path())));
+    if let Some(Ok(location)) = location {
+        head.headers.insert(header::LOCATION, location);
+    }
+    let kind = head.headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok());
+    if kind.is_some_and(|kind| kind.starts_with("text/html")) {
+        // A page is rendered as a whole and in memory.
+        let html = to_bytes(body, usize::MAX).await.unwrap_or_default();
+        let html = site.based(&String::from_utf8_lossy(&html));
+        head.headers.remove(header::CONTENT_LENGTH);
+        body = Body::from(html);
+    }
+    Response::from_parts(head, body)
 }
 
 /// The outcome for a request that was not refused.

@@ -104,8 +104,13 @@ impl Access {
         }
     }
 
-    fn cookie(&self) -> Cookie {
-        Cookie { is_secure: self.settings.site.is_secure() }
+    /// The names of this site.
+    pub(crate) fn site(&self) -> &Site {
+        &self.settings.site
+    }
+
+    fn cookie(&self) -> Cookie<'_> {
+        Cookie { is_secure: self.site().is_secure(), path: self.site().path() }
     }
 }
 

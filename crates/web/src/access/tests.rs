@@ -214,6 +214,39 @@ async fn behind_a_proxy_failures_are_those_of_the_address_that_it_appended() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn under_a_path_of_a_proxy_links_redirects_and_cookies_are_of_that_path() {
+    let state = tempfile::tempdir().unwrap();
+    let access = AccessSettings { require_sign_in: true, ..with_state(state.path()) };
+    let behind_proxy = Some("https://tower.example/shm/".parse().unwrap());
+    let page = PageServer::start(Setup { access, behind_proxy, ..Setup::default() }).await;
+    let mut ada = page.browser();
+    let to_sign_in = ada.open("/").await;
+    assert_eq!(to_sign_in.header("location"), Some("/shm/sign-in"));
+    let secret = link(state.path());
+    let form = ada.open(&format!("/sign-in?link={secret}")).await;
+    let length = form.body.len().to_string();
+    assert_eq!(form.header("content-length"), Some(length.as_str()));
+    for part in [r#"href="/shm/page.css""#, r#"action="/shm/sign-in""#, r#"href="/shm/""#] {
+        assert!(form.body.contains(part), "{part}: {form:?}");
+    }
+    // A proxy has the origin of the page, without the path.
+    let from_proxy = |request: Request| request.with("Origin", "https://tower.example");
+    let entered = ada.send(from_proxy(ada.post("/sign-in", &[("link", &secret)]))).await;
+    assert_eq!((entered.status, entered.header("location")), (303, Some("/shm/")));
+    let cookie = entered.header("set-cookie").unwrap();
+    assert!(cookie.starts_with("__Secure-trusswatch="), "{cookie}");
+    assert!(cookie.ends_with("; Path=/shm; HttpOnly; SameSite=Strict; Secure"), "{cookie}");
+    ada.keep_cookie(&entered);
+    let token = ada.token().await;
+    let back = ("back", "/component/module1/sensor/g2");
+    let order = ada.post("/order/acknowledge", &[COMPONENT, ("token", &token), back]);
+    let ordered = ada.send(from_proxy(order)).await;
+    assert_eq!(ordered.header("location"), Some("/shm/component/module1/sensor/g2"));
+    let style = ada.open("/page.css").await;
+    assert_eq!((style.status, style.body.as_str()), (200, "body {}"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_session_is_new_at_sign_in_and_gone_after_sign_out() {
     let (state, page) = page().await;
     let mut ada = page.signed_in(state.path(), true).await;

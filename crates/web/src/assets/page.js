@@ -4,11 +4,13 @@
 (() => {
   const wanted = document.body.dataset.live;
   const live = document.getElementById("live");
+  // Where the site begins: a proxy may have it under a path.
+  const base = document.currentScript.src.replace(/\/page\.js$/, "");
   if (!wanted || !live) return;
   const SILENT_MS = 5000, RENEW_MS = 12000, POLL_MS = 2000, STREAM_AGAIN_MS = 30000, HIDDEN_POLL_MS = 5000;
   let stream = null, polling = null, last = performance.now(), opened = last, signedOut = false;
   const signIn = document.createElement("a");
-  signIn.href = "/sign-in";
+  signIn.href = `${base}/sign-in`;
 
   const replace = (element, html) => {
     // Whoever uses the keyboard stays where he was.
@@ -20,7 +22,7 @@
     [last, signedOut] = [performance.now(), false];
     for (const { id, html } of parts) {
       const element = document.getElementById(id);
-      if (id === "icon") element.href = html;
+      if (id === "icon") element.href = base + html;
       else if (element) replace(element, html);
     }
     show();
@@ -28,7 +30,7 @@
 
   const poll = async () => {
     try {
-      const answer = await fetch(`/fragments?${wanted}`, { cache: "no-store", signal: AbortSignal.timeout(4000) });
+      const answer = await fetch(`${base}/fragments?${wanted}`, { cache: "no-store", signal: AbortSignal.timeout(4000) });
       // The session has ended. One begun in another tab brings the page back.
       if (answer.status === 401) signedOut = true;
       if (answer.ok) take(await answer.json());
@@ -49,7 +51,7 @@
     if (document.hidden) return;
     stop();
     opened = performance.now();
-    stream = new EventSource(`/stream?${wanted}`);
+    stream = new EventSource(`${base}/stream?${wanted}`);
     stream.onmessage = (event) => take(JSON.parse(event.data));
     // A refusal closes it for good; a lost connection is opened again by the browser.
     stream.onerror = () => { if (stream?.readyState === EventSource.CLOSED) { stop(); fallBack(); } };
@@ -64,6 +66,7 @@
     const lost = silent || signedOut || document.querySelector("#network [data-cut-off]") !== null;
     document.body.classList.toggle("lost", lost);
     live.dataset.age = Math.round(age / 1000);
+    document.getElementById("person").hidden = signedOut;
     [signIn.hidden, signIn.textContent] = [!signedOut, signedOut ? "sign in again" : ""];
     const old = signedOut ? "this session has ended" : silent ? `nothing new for ${Math.round(age / 1000)} s` : "cut off from the network";
     words.textContent = lost ? `${signedOut ? " · " : ""}NOT LIVE: ${old}, as of ` : "live ";

@@ -41,10 +41,15 @@ impl ModuleAnswers {
         self.journals.iter().flat_map(|history| &history.transitions)
     }
 
+    /// The modules whose journals could not be read.
+    pub(super) fn unread(&self) -> impl Iterator<Item = &ModuleName> {
+        let unread = self.journals.iter().filter(|journal| !journal.answered());
+        unread.map(|journal| &journal.module)
+    }
+
     /// Whether asking again later may yield more.
     pub(super) fn lacks(&self) -> bool {
-        matches!(self.frame, Some(Err(_)))
-            || self.journals.iter().any(|journal| !journal.answered())
+        matches!(self.frame, Some(Err(_))) || self.unread().next().is_some()
     }
 }
 

@@ -5,7 +5,7 @@
 //! | `shown` | the parts of the page that change |
 //! | `facts` | the state with reasons, the kind of fault |
 //! | `trail` | which change explains which, drawn |
-//! | `plot` | residual and divergence of the last minute |
+//! | `plot` | residual and divergence of at most a minute |
 //! | `evidence` | journal and freeze frame, fetched from the module |
 //! | `watch` | keeps the page up to date while it is viewed |
 
@@ -84,7 +84,7 @@ fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {
         (forms::of_component(viewer, shown.transition, &shown.view.component(Some(structure), component)))
         section { h2 { "What explains what" } (slot("trail")) }
         section { h2 { "Around the onset" } (slot("frame")) }
-        section { h2 { "The last minute" } (slot("plot")) }
+        section { h2 { "Residual and divergence, as published" } (slot("plot")) }
         section { h2 { "History" } (slot("journal")) p { a href=(history) { "With filters" } } }
     }
 }

@@ -1,9 +1,10 @@
-//! Plots of residual and divergence over the last minute, as published.
+//! Plots of residual and divergence, as published: of a minute, or for as long as they have been received.
 
 use figure::plot::{
     Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
 };
 use maud::{Markup, PreEscaped, html};
+use vocabulary::words::{span, utc};
 use vocabulary::{Channel, ComponentKind, FaultTransition};
 
 use crate::observed::Traces;
@@ -24,14 +25,14 @@ pub(super) fn plot(transition: &FaultTransition, traces: &Traces) -> Markup {
             p.nothing { "Waiting for divergences from the diagnoser." }
         };
     }
-    let latest = traces.back().map_or(0, |latest| latest.step.0);
+    let latest = traces.back().map_or((0, 0), |latest| (latest.step.0, latest.time_unix_ns));
+    let begin = points.first().map_or(0.0, |(time, _)| -time);
+    let spanned =
+        format!("{} up to step {}, {}", span(1e3 * begin.round()), latest.0, utc(latest.1));
     let figure = Figure {
         title: "Residual and divergence".to_owned(),
-        subtitle: format!("up to step {latest}"),
-        description: format!(
-            "Residual and divergence of {} in the last minute.",
-            transition.component
-        ),
+        description: format!("Residual and divergence of {}: {spanned}.", transition.component),
+        subtitle: spanned,
         rows: [residual(transition, &points), divergence(&points)]
             .map(|panel| PanelRow::new(HEIGHT, vec![panel]))
             .into(),

@@ -1,7 +1,7 @@
 //! The parts of a component's page that change.
 
 use maud::{Markup, PreEscaped, html};
-use vocabulary::FaultTransition;
+use vocabulary::{FaultState, FaultTransition};
 
 use super::evidence::ModuleAnswers;
 use super::{facts, plot, trail};
@@ -31,6 +31,9 @@ impl Shown<'_> {
 
     fn frame(&self) -> Markup {
         match &self.evidence.frame {
+            None if self.transition.state() == FaultState::Unknown => {
+                html! { p.nothing { "No freeze frame: whether the component has a fault is not known." } }
+            }
             None => html! { p.nothing { "No freeze frame: the component has no fault." } },
             Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
             Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
@@ -42,5 +45,70 @@ impl Shown<'_> {
             return html! { p.nothing { "Not read yet." } };
         };
         history::of_component(self.view, journal, &self.transition.component)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{component, module, scene, silent};
+    use std::sync::Arc;
+    use vocabulary::{Channel, Divergences, RunId, Step};
+
+    fn html(module: observer::ModuleView, traces: &Traces, is_read: bool) -> String {
+        let scene = scene(vec![module]);
+        let transition = &scene.modules[0].components[0];
+        let (structure, module) = (&transition.structure, &transition.module);
+        let mut journal = observer::ModuleHistory::new(structure, module, 1);
+        journal.next_sequence = is_read.then_some(1);
+        let evidence = ModuleAnswers { journals: vec![Arc::new(journal)], frame: None };
+        let view = LinkedScene::new(&scene);
+        let parts = Shown { view: &view, transition, evidence: &evidence, traces }.parts();
+        parts.into_iter().map(|part| part.html).collect()
+    }
+
+    #[test]
+    fn of_a_silent_module_nothing_is_claimed_that_is_not_known() {
+        let heard = || module("m1", vec![component("m1/sensor/g1", FaultState::Normal)]);
+        let claims = [
+            "<dt>reference</dt><dd>agrees",
+            "the component has no fault",
+            "It explains no other change, and none explains it.",
+        ];
+        let page = html(heard(), &Traces::new(), true);
+        assert!(claims.iter().all(|claim| page.contains(claim)), "{page}");
+        let page = html(silent(heard()), &Traces::new(), false);
+        assert!(!claims.iter().any(|claim| page.contains(claim)), "{page}");
+        for known in [
+            "<dt>reference</dt><dd>not known",
+            "whether the component has a fault is not known",
+            "No explanation is known; not read: the journal of m1.",
+        ] {
+            assert!(page.contains(known), "{known}: {page}");
+        }
+    }
+
+    #[test]
+    fn plots_say_which_span_they_show() {
+        let heard = module("m1", vec![component("m1/sensor/g1", FaultState::Normal)]);
+        let of = |second: u64| {
+            let channel = Channel {
+                component: "sensor/g1".parse().unwrap(),
+                residual: 1e-6,
+                divergence: Some(0.1),
+                threshold: 1.0,
+            };
+            Arc::new(Divergences {
+                structure: "tower".parse().unwrap(),
+                module: "m1".parse().unwrap(),
+                run: RunId(1),
+                step: Step(1000 * second),
+                time_unix_ns: second * 1_000_000_000,
+                channels: vec![channel],
+            })
+        };
+        let traces = [7, 8, 9].into_iter().map(of).collect();
+        let page = html(heard, &traces, true);
+        assert!(page.contains("2.0 s up to step 9000, 1970-01-01T00:00:09.000Z"), "{page}");
     }
 }

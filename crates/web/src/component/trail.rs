@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 use observer::{StateRow, explained_by};
-use vocabulary::{ComponentPath, FaultState, FaultTransition};
+use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName};
 
 use super::evidence::ModuleAnswers;
 use crate::look;
@@ -36,7 +36,13 @@ pub(super) fn trail(
     let edges = edges(view, transition, evidence);
     let shown = connected(&edges, &transition.component);
     if shown.len() < 2 {
-        return html! { p.nothing { "It explains no other change, and none explains it." } };
+        let unread: Vec<&str> = evidence.unread().map(ModuleName::as_str).collect();
+        return html! {
+            p.nothing {
+                @if unread.is_empty() { "It explains no other change, and none explains it." }
+                @else { "No explanation is known; not read: the journal of " (unread.join(", ")) "." }
+            }
+        };
     }
     let places = laid_out(&edges, &shown);
     let [columns, rows] =

@@ -32,7 +32,7 @@ pub(crate) use connection::Connection;
 use connection::{Shared, attend};
 pub use settings::{ListenError, ListenerSettings, TlsFiles};
 pub(crate) use site::Site;
-pub use site::{Origin, OriginError};
+pub use site::{PageAddress, PageAddressError};
 pub(crate) use sources::source;
 
 /// Most connections at a time; further ones wait.

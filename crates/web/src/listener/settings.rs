@@ -4,7 +4,7 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use super::site::{Origin, Site};
+use super::site::{PageAddress, Site};
 
 /// Addresses and protocol of the web page.
 #[derive(Debug, Clone)]
@@ -14,7 +14,7 @@ pub struct ListenerSettings {
     /// The files for TLS; plain HTTP without them.
     pub tls: Option<TlsFiles>,
     /// The origin of a reverse proxy that terminates TLS.
-    pub behind_proxy: Option<Origin>,
+    pub behind_proxy: Option<PageAddress>,
     /// Additional names of the site: NAME, or NAME:PORT for another port.
     pub names: Vec<String>,
 }

@@ -8,49 +8,63 @@ use std::net::{IpAddr, SocketAddr};
 pub(crate) struct Site {
     /// Whether this process serves TLS.
     pub(crate) is_tls: bool,
-    /// The origin of the reverse proxy.
-    pub(crate) proxy: Option<Origin>,
+    /// The page's address at the reverse proxy.
+    pub(crate) proxy: Option<PageAddress>,
     /// Additional names in lower case: NAME with the listening port, or NAME:PORT.
     pub(crate) names: Vec<String>,
 }
 
-/// The origin of a page as browsers define it: scheme, name and port.
+/// The address of a page: its origin as browsers define it (scheme, name and port), and the path under which a reverse
+/// proxy has it, which the proxy strips.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Origin {
+pub struct PageAddress {
     scheme: &'static str,
     authority: String,
+    /// Without a slash at the end; empty at the root.
+    path: String,
 }
 
-/// An invalid origin.
+/// An invalid address of a page.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "`{0}` is not the address of a page over TLS; write https://NAME or https://NAME:PORT, without a path, or http:// for localhost"
+    "`{0}` is not the address of a page over TLS; write https://NAME, https://NAME:PORT or https://NAME/PATH, or http:// for localhost"
 )]
-pub struct OriginError(String);
+pub struct PageAddressError(String);
 
-impl std::str::FromStr for Origin {
-    type Err = OriginError;
+impl std::str::FromStr for PageAddress {
+    type Err = PageAddressError;
 
-    fn from_str(text: &str) -> Result<Self, OriginError> {
-        let wrong = || OriginError(vocabulary::quotation(text, 200));
-        let text = text.strip_suffix('/').unwrap_or(text).to_ascii_lowercase();
-        let (scheme, authority) = text.split_once("://").ok_or_else(wrong)?;
-        let (name, port) = split(authority).ok_or_else(wrong)?;
-        let scheme = match scheme {
+    fn from_str(text: &str) -> Result<Self, PageAddressError> {
+        let wrong = || PageAddressError(vocabulary::quotation(text, 200));
+        let (scheme, rest) = text.split_once("://").ok_or_else(wrong)?;
+        let (authority, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));
+        let path = path.strip_suffix('/').unwrap_or(path);
+        if !path.split('/').skip(1).all(is_segment) {
+            return Err(wrong());
+        }
+        let authority = authority.to_ascii_lowercase();
+        let (name, port) = split(&authority).ok_or_else(wrong)?;
+        let scheme = match scheme.to_ascii_lowercase().as_str() {
             "https" => "https",
             "http" if is_this_machine(name) => "http",
             _ => return Err(wrong()),
         };
         // Browsers omit the default port.
         let is_usual = port == Some(usual_port(scheme == "https"));
-        let authority = if is_usual { name } else { authority };
-        Ok(Self { scheme, authority: authority.to_owned() })
+        let authority = if is_usual { name } else { &authority };
+        Ok(Self { scheme, authority: authority.to_owned(), path: path.to_owned() })
     }
 }
 
-impl std::fmt::Display for Origin {
+impl PageAddress {
+    fn origin(&self) -> String {
+        format!("{}://{}", self.scheme, self.authority)
+    }
+}
+
+impl std::fmt::Display for PageAddress {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}://{}", self.scheme, self.authority)
+        write!(f, "{}{}", self.origin(), self.path)
     }
 }
 
@@ -60,12 +74,26 @@ impl Site {
         self.proxy.as_ref().map_or(self.is_tls, |proxy| proxy.scheme == "https")
     }
 
+    /// The path under which the reverse proxy has this site, without a slash at the end; empty at the root.
+    pub(crate) fn path(&self) -> &str {
+        self.proxy.as_ref().map_or("", |proxy| &proxy.path)
+    }
+
+    /// HTML whose links, forms and resources are those of the site under its path. In the text of a page quotation
+    /// marks are escaped, so only attributes are changed.
+    pub(crate) fn based(&self, html: &str) -> String {
+        let path = self.path();
+        ["href", "src", "action"].iter().fold(html.to_owned(), |html, name| {
+            html.replace(&format!(" {name}=\"/"), &format!(" {name}=\"{path}/"))
+        })
+    }
+
     /// The origin of a page requested as `host` over a connection to `local`; `None` if the name is not this site's.
     pub(crate) fn origin(&self, host: &str, local: SocketAddr) -> Option<String> {
         let host = host.to_ascii_lowercase();
         match &self.proxy {
             Some(proxy) if host == proxy.authority || self.is_own(&host, local) => {
-                Some(proxy.to_string())
+                Some(proxy.origin())
             }
             None if self.is_own(&host, local) => {
                 let scheme = if self.is_tls { "https" } else { "http" };
@@ -88,6 +116,12 @@ impl Site {
             || (here.is_loopback() && is_this_machine(name))
             || self.names.iter().any(|own| own == name)
     }
+}
+
+/// Part of a path that needs no escaping in URLs, HTML and cookies.
+fn is_segment(text: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    !matches!(text, "" | "." | "..") && text.bytes().all(allowed)
 }
 
 fn usual_port(is_tls: bool) -> u16 {
@@ -167,7 +201,7 @@ mod tests {
 
     #[test]
     fn behind_a_proxy_the_origin_is_the_proxys() {
-        let proxy: Origin = "https://Tower.example:443/".parse().unwrap();
+        let proxy: PageAddress = "https://Tower.example:443/".parse().unwrap();
         let site = Site { proxy: Some(proxy), ..Site::default() };
         assert!(site.is_secure());
         for host in ["tower.example", "127.0.0.1:8480"] {
@@ -177,20 +211,42 @@ mod tests {
     }
 
     #[test]
+    fn under_a_path_of_the_proxy_links_lead_there_and_text_stays() {
+        for (address, path) in [("https://a.example/Shm/east/", "/Shm/east"), ("https://a/", "")] {
+            let proxy: PageAddress = address.parse().unwrap();
+            assert_eq!(proxy.to_string(), address.trim_end_matches('/'));
+            let site = Site { proxy: Some(proxy), ..Site::default() };
+            assert_eq!(site.path(), path);
+            let html = maud::html! {
+                a href="/events" title=" href=\"/" { " href=\"/" } a href="#main" {}
+                script src="/page.js" {} form action="/order/reset" { input value="/"; }
+            };
+            let html = html.into_string();
+            let expected = html.replace("\"/events", &format!("\"{path}/events"));
+            let expected = expected.replace("\"/page.js", &format!("\"{path}/page.js"));
+            let expected = expected.replace("\"/order", &format!("\"{path}/order"));
+            assert_eq!(site.based(&html), expected);
+        }
+    }
+
+    #[test]
     fn an_origin_without_tls_is_one_of_this_machine() {
         assert_eq!(
-            "http://localhost:9000".parse::<Origin>().unwrap().to_string(),
+            "http://localhost:9000".parse::<PageAddress>().unwrap().to_string(),
             "http://localhost:9000"
         );
         for wrong in [
             "http://tower.example",
             "tower.example",
             "https://",
-            "https://a/b",
+            "https://a//b",
+            "https://a/../b",
+            "https://a/b?c",
+            "https://a/b c",
             "ftp://a",
             "https://a@b",
         ] {
-            let error = wrong.parse::<Origin>().unwrap_err().to_string();
+            let error = wrong.parse::<PageAddress>().unwrap_err().to_string();
             assert!(error.contains("write https://NAME"), "{error}");
         }
     }

@@ -1,7 +1,7 @@
 //! A card for each module: phase, lag, age of samples and status, journal, and its components.
 
 use maud::{Markup, html};
-use observer::{JournalHealth, ModuleView, StateRow, title};
+use observer::{ModuleView, StateRow, title};
 use vocabulary::words::{or_nothing, span};
 use vocabulary::{ModuleStatus, StructureName};
 
@@ -38,23 +38,22 @@ fn card(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>, module: &Module
     }
 }
 
-/// The module's reports about itself; the latest ones if it is silent.
+/// The module's reports about itself. Of a silent one only what is still known.
 pub(crate) fn facts(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
     let Some(status) = &module.status else {
-        return html! { p.nothing { "It has reported no status." } };
+        return html! { p.nothing { "No status was received yet." } };
     };
-    let counts = module.counts();
-    let (journal, remarks) = (JournalHealth::of(&status.journal), module.remarks());
+    let (journal, remarks) = (module.journal(), module.remarks());
+    let is_kept = journal.as_ref().is_some_and(|journal| journal.is_kept);
     html! {
         dl.facts {
-            div { dt { "verified" } dd { (counts.verified) " of " (counts.total()) } }
+            div { dt { "components" } dd { (module.counts().words()) } }
             div { dt { "lag" } dd { (or_nothing(module.lag())) } }
             div { dt { "age of samples" } dd { (or_nothing(module.sample_age())) } }
             div { dt { "age of status" } dd { (age(view, status)) } }
             div { dt { "journal" } dd {
-                (journal) @if journal.is_kept { ", " (status.journal.bytes / 1000) " kB" }
+                (or_nothing(journal)) @if is_kept { ", " (status.journal.bytes / 1000) " kB" }
             } }
-            div { dt { "shelved or suppressed" } dd { (counts.set_aside) } }
         }
         @if !remarks.is_empty() { p.aside-note { (remarks) } }
     }

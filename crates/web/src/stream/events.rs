@@ -14,7 +14,7 @@ use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::watch::Receiver;
 
 use super::rendering;
-use crate::access::{CHECK_EVERY, SessionWatch};
+use crate::access::{CHECK_EVERY, SessionWatch, Viewer};
 use crate::app::Shared;
 use crate::live_page::PageParameters;
 use crate::part::{MOST, Parts};
@@ -29,6 +29,7 @@ pub(crate) async fn stream(
     State(app): State<Shared>,
     Query(parameters): Query<PageParameters>,
     session: SessionWatch,
+    viewer: Viewer,
 ) -> Response {
     let page = match parameters.page(&app.observed.scene()) {
         Ok(page) => page,
@@ -43,7 +44,8 @@ pub(crate) async fn stream(
     app.metrics.stream_opened();
     let parts = rendering::look(&app, &page);
     let shutdown = app.shutdown.clone();
-    let viewing = Viewing { parts, sent: 0, session, shutdown, app, _place: place };
+    let person = Some(rendering::person(&app, &viewer));
+    let viewing = Viewing { parts, person, sent: 0, session, shutdown, app, _place: place };
     let events = Sse::new(events(viewing)).keep_alive(KeepAlive::new().interval(HEARTBEAT));
     // Tells a buffering proxy to pass events on at once.
     ([(header::HeaderName::from_static("x-accel-buffering"), "no")], events).into_response()
@@ -52,6 +54,8 @@ pub(crate) async fn stream(
 /// The viewer of a page.
 struct Viewing {
     parts: Receiver<Arc<Parts>>,
+    /// Who is signed in, until sent.
+    person: Option<String>,
     /// The version last sent.
     sent: u64,
     session: SessionWatch,
@@ -73,6 +77,9 @@ fn events(viewing: Viewing) -> impl Stream<Item = Result<Event, Infallible>> {
         loop {
             if viewing.session.is_over(Instant::now()) {
                 return None;
+            }
+            if let Some(person) = viewing.person.take() {
+                return Some((Ok(Event::default().data(format!("[{person}]"))), viewing));
             }
             let parts = Arc::clone(&viewing.parts.borrow_and_update());
             if let Some(changed) = parts.since(viewing.sent) {

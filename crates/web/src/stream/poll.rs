@@ -8,6 +8,7 @@ use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 
 use super::rendering;
+use crate::access::Viewer;
 use crate::app::Shared;
 use crate::live_page::PageParameters;
 use crate::part::Parts;
@@ -19,6 +20,7 @@ const FIRST_WITHIN: Duration = Duration::from_secs(2);
 pub(crate) async fn fragments(
     State(app): State<Shared>,
     Query(parameters): Query<PageParameters>,
+    viewer: Viewer,
 ) -> Response {
     let page = match parameters.page(&app.observed.scene()) {
         Ok(page) => page,
@@ -31,5 +33,6 @@ pub(crate) async fn fragments(
         return (StatusCode::SERVICE_UNAVAILABLE, "not rendered yet: try again").into_response();
     };
     let head = [(header::CONTENT_TYPE, "application/json"), (header::CACHE_CONTROL, "no-store")];
+    let all = format!("[{},{}", rendering::person(&app, &viewer), &all[1..]);
     (head, all).into_response()
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
+use crate::access::Viewer;
 use crate::app::Shared;
 use crate::component::ComponentWatch;
 use crate::live_page::LivePage;
@@ -22,6 +23,14 @@ const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 pub(super) fn look(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
     let work = |sender| render(Arc::clone(app), page.clone(), sender);
     app.streams.pages.look(page.clone(), Arc::default(), work)
+}
+
+/// The part that depends on the viewer, as JSON.
+pub(super) fn person(app: &Shared, viewer: &Viewer) -> String {
+    let mut person = part("person", layout::person(viewer));
+    person.html = app.access.site().based(&person.html);
+    // Two strings can always be encoded.
+    serde_json::to_string(&person).unwrap_or_default()
 }
 
 /// Renders until the last viewer has left.
@@ -72,6 +81,9 @@ fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -
         LivePage::Component(id) => scene.state_of(id).map(observer::title),
     };
     parts.extend(title.map(|title| part("title", layout::title(&scene, &title))));
+    for part in &mut parts {
+        part.html = app.access.site().based(&part.html);
+    }
     parts.push(part("icon", layout::icon(&scene)));
     parts.push(part("network", layout::network(&scene)));
     parts.push(part("clock", layout::clock(&scene)));

@@ -80,6 +80,31 @@ fn a_silent_module_stands_among_the_alarms_after_the_faults_of_others() {
 }
 
 #[test]
+fn the_page_of_a_silent_module_claims_nothing_of_the_present() {
+    let mut seen = module("m1", vec![component("m1/sensor/g1", FaultState::Normal)]);
+    let status = seen.status.as_mut().unwrap();
+    status.journal.directory = Some("/var".to_owned());
+    status.peers = vec![vocabulary::PeerStatus::unasked("m2".parse().unwrap())];
+    status.peers[0].present = true;
+    let page_of = |module: &observer::ModuleView| {
+        let scene = scene(vec![module.clone()]);
+        crate::module::parts(&LinkedScene::new(&scene), &module.id()).remove(0).html
+    };
+    let page = page_of(&seen);
+    for part in ["<dt>journal</dt><dd>ok", "<dd>1 of 1 components are normal</dd>", ">there<"] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+    let page = page_of(&silent(seen));
+    for part in ["<dt>journal</dt><dd>-", "<dd>0 of 1 components are normal, 1 unknown</dd>"] {
+        assert!(page.contains(part), "{part}: {page}");
+    }
+    for heading in ["Peers as seen by this module, last reported at ", "Set up with, last reported"]
+    {
+        assert!(page.contains(heading), "{page}");
+    }
+}
+
+#[test]
 fn what_is_unknown_never_looks_normal_in_the_drawing() {
     let drawing = tower();
     let first = drawing_component(&drawing);

@@ -209,6 +209,11 @@ async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
         assert!(text.contains(r#""id":"alarms""#) && text.contains("data: ["), "{text}");
     }
     let (_, polled) = server.text("/fragments?page=overview").await;
+    // A page whose session has ended learns that nobody is signed in.
+    assert!(
+        polled.contains(r#"{"id":"person","html":"<a class=\"person\" href=\"/sign-in\""#),
+        "{polled}"
+    );
     assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
     // A tab that nobody looks at tells of it, too.
     assert!(
@@ -258,7 +263,8 @@ async fn a_stream_ends_with_its_session_and_polling_is_refused_then() {
     let cookie = ada.cookie.clone();
     let ask = async |path: &str| server.get_from(1, cookie.as_deref(), path).await;
     let mut stream = ask("/stream?page=overview").await;
-    until(&mut stream, "counts").await;
+    let text = until(&mut stream, "counts").await;
+    assert!(text.contains(r#""id":"person""#) && text.contains("<b>ada</b>"), "{text}");
     assert_eq!(ask("/fragments?page=overview").await.status(), StatusCode::OK);
     let page = ada.open("/sign-out").await.body;
     let (_, token) = page.split_once("name=\"token\" value=\"").unwrap();

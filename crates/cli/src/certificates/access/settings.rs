@@ -1,7 +1,7 @@
 //! Zenoh's settings for a process that enforces access control: mutual TLS, explicit endpoints, fast detection of
 //! losses.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use pki::holder::BearerName;
@@ -14,6 +14,7 @@ use session::{
 
 use super::parties::People;
 use crate::failure::Failure;
+use crate::output;
 
 /// Where it listens, for whom, and when a link is dead.
 #[derive(Debug, clap::Args)]
@@ -150,7 +151,7 @@ fn check_endpoints(endpoints: &[String]) -> Result<(), Failure> {
 
 /// Prints the settings as JSON, which is valid JSON5, below a header of comments.
 fn print(heading: &str, settings: &Value) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
+    let mut out = output::stdout();
     writeln!(out, "{heading}")?;
     serde_json::to_writer_pretty(&mut out, settings)?;
     writeln!(out)?;

@@ -382,7 +382,7 @@ impl DiagnosisLoop {
     fn tick(&mut self, now: Instant, samples: &mut mpsc::Receiver<ReceivedSample>) {
         self.input.receiver.tick(now.into_std());
         self.resynchronise(now, samples);
-        if self.staleness.look(now.into_std()) {
+        if self.staleness.look(now.into_std(), clock::unix_ns()) {
             self.input.receiver.count(|counters| counters.silences += 1);
             self.end_freeze_frames();
         }

@@ -27,7 +27,7 @@ use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
-use crate::listener::{Listener, ListenerSettings, Origin, TlsFiles};
+use crate::listener::{Listener, ListenerSettings, PageAddress, TlsFiles};
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
@@ -56,7 +56,7 @@ pub(crate) struct Setup {
     pub(crate) network: Option<String>,
     pub(crate) operator: Option<OperatorName>,
     /// The page's address at a proxy.
-    pub(crate) behind_proxy: Option<Origin>,
+    pub(crate) behind_proxy: Option<PageAddress>,
 }
 
 impl PageServer {
