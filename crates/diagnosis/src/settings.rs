@@ -75,7 +75,7 @@ impl Default for SignalSettings {
 }
 
 /// How often the signals are sampled.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sampling {
     step_s: f64,
 }
@@ -143,25 +143,46 @@ mod description {
     }
 }
 
-/// A reference is written as if it were not shared.
-mod shared {
+/// What may be there and is shared is written as if it were not shared.
+pub(crate) mod shared {
     use std::sync::Arc;
 
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use crate::state::Reference;
-
-    pub(super) fn serialize<S: Serializer>(
-        reference: &Option<Arc<Reference>>,
+    pub(crate) fn serialize<T: Serialize, S: Serializer>(
+        shared: &Option<Arc<T>>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        reference.as_deref().serialize(serializer)
+        shared.as_deref().serialize(serializer)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+    pub(crate) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
         deserializer: D,
-    ) -> Result<Option<Arc<Reference>>, D::Error> {
-        Ok(Option::<Reference>::deserialize(deserializer)?.map(Arc::new))
+    ) -> Result<Option<Arc<T>>, D::Error> {
+        Ok(Option::<T>::deserialize(deserializer)?.map(Arc::new))
+    }
+}
+
+/// The same of what is there in any case.
+pub(crate) mod always_shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<T: Serialize + ?Sized, S: Serializer>(
+        shared: &Arc<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        (**shared).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, T: ?Sized, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<T>, D::Error>
+    where
+        Box<T>: Deserialize<'de>,
+    {
+        Box::<T>::deserialize(deserializer).map(Arc::from)
     }
 }
 

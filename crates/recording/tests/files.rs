@@ -74,6 +74,30 @@ fn a_long_file_is_followed_by_another_and_none_is_overwritten() {
 }
 
 #[test]
+fn a_file_is_long_enough_by_what_follows_its_head() {
+    let directory = tempfile::tempdir().unwrap();
+    let limits = FileLimits { file_bytes: 20_000, ..LIMITS };
+    let mut files = RecordingFiles::new(directory.path(), "tower", limits);
+    for _ in 0..100 {
+        files.write_head(&sample(7), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert!(files.present().unwrap().1 > 20_000 && files.begun().len() == 1);
+    files.hold(true);
+    for step in 0..400 {
+        files.write(&sample(step), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert_eq!(files.begun().len(), 1, "its head may still come");
+    files.hold(false);
+    for step in 0..400 {
+        files.write(&sample(step), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert!(files.begun().len() > 1, "{:?}", files.begun());
+}
+
+#[test]
 fn the_oldest_of_the_same_name_are_deleted_and_never_what_is_being_written() {
     let directory = tempfile::tempdir().unwrap();
     let place = |name: &str| directory.path().join(name);
