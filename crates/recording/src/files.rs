@@ -253,8 +253,10 @@ impl RecordingFiles {
             self.number += 1;
             let name = quota::file_name(&self.name, now_unix_ns, self.number);
             let file = self.directory.join(name);
-            if !file.exists() || self.number > LAST_NUMBER {
-                return Writer::create(&file);
+            match Writer::create(&file) {
+                // Another recorder has it, perhaps since this moment.
+                Err(_) if file.exists() && self.number <= LAST_NUMBER => {}
+                created => return created,
             }
         }
     }

@@ -144,3 +144,21 @@ fn a_disk_that_fails_costs_what_was_not_on_it_and_another_file_is_begun() {
     let metadata = Recording::open(&files.begun()[0]).unwrap().metadata().unwrap();
     assert_eq!(metadata[0].values["t/s/m"], "1");
 }
+
+#[test]
+fn recorders_that_begin_in_the_same_directory_at_once_take_different_names() {
+    let directory = tempfile::tempdir().unwrap();
+    std::thread::scope(|scope| {
+        for step in 0..8 {
+            let mut files = RecordingFiles::new(directory.path(), "tower", LIMITS);
+            scope.spawn(move || {
+                files.write(&sample(step), NOW).unwrap();
+                files.finish().unwrap();
+            });
+        }
+    });
+    let files = fs::read_dir(directory.path()).unwrap();
+    let mut found: Vec<_> = files.flat_map(|file| read(&file.unwrap().path())).collect();
+    found.sort_by_key(|message| message.sequence);
+    assert_eq!(found, (0..8).map(sample).collect::<Vec<_>>());
+}
