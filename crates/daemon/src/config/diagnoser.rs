@@ -536,7 +536,7 @@ fn check_figures(written: &DiagnoserFile, document: &SettingsFile, errors: &mut 
         ("input", "resync_after_ms", resync_after_ms, 100..=60_000),
         ("input", "recover_steps", recover_steps, 0..=100_000),
         ("input", "incumbent_ms", incumbent_ms, 10..=60_000),
-        ("state", "rotate_mib", written.state.rotate_mib, 1..=65_536),
+        ("state", "rotate_mib", written.state.rotate_mib, 1..=32),
     ] {
         if !allowed.contains(&value) {
             let problem =

@@ -302,3 +302,12 @@ fn settings_that_are_left_open_fit_every_sampling_rate() {
     let errors = at(100.0, "[isolation]\nhold_ms = 10").unwrap_err().to_string();
     assert!(errors.contains("`hold_ms` is 10; use at least twice tie_ms, 20"), "{errors}");
 }
+
+/// Both files of a journal are read at each start.
+#[test]
+fn a_journal_that_would_take_long_to_read_is_refused() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "rotate_mib = 16", "rotate_mib = 1000");
+    let error = copy.module_errors();
+    assert!(error.contains("`rotate_mib` is 1000; use 1 to 32"), "{error}");
+}
