@@ -87,6 +87,9 @@ impl Sampling {
     }
 }
 
+/// More noise is a mistake of the unit: gages of metal yield at some thousandths.
+const LARGEST_NOISE_STRAIN: f64 = 0.01;
+
 /// JSON writes what is not finite as `null`.
 fn infinite_if_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
@@ -321,10 +324,14 @@ impl ModuleSetup {
         let above_zero = "a finite number above 0";
         require(positive(self.step_s), "step_s", self.step_s.to_string(), above_zero);
         let noise = self.gage_noise_strain;
-        require(positive(noise), "gage_noise_strain", noise.to_string(), above_zero);
+        let is_noise = positive(noise) && noise <= LARGEST_NOISE_STRAIN;
+        let noise_range =
+            format!("a number above 0 and up to {LARGEST_NOISE_STRAIN}: strain in m/m");
+        require(is_noise, "gage_noise_strain", noise.to_string(), &noise_range);
         let SignalSettings { largest_strain, largest_pressure_pa } = self.signals;
         let strain = largest_strain.to_string();
-        require(positive(largest_strain), "largest_strain", strain, above_zero);
+        let is_strain = positive(largest_strain) && largest_strain <= 1.0;
+        require(is_strain, "largest_strain", strain, "a number above 0 and up to 1: strain in m/m");
         if let Some(pressure) = largest_pressure_pa {
             let supply = self.hydraulics.map_or(0.0, |hydraulics| hydraulics.supply_pa);
             let more = match self.hydraulics {

@@ -333,6 +333,8 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
         errors.add(file, document.line(&place(&problem)), problem);
     }
+    document.check_numbers(&mut errors);
+    thresholds_document.check_numbers(&mut errors);
     errors.or(DiagnoserConfig {
         structure_name,
         network: written.network,
@@ -362,7 +364,12 @@ pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
             let line = document.line(&["v"]);
             Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
         }
-        _ => Ok(Arc::new(document.parse()?)),
+        _ => {
+            let reference = document.parse()?;
+            let mut errors = ConfigErrors(Vec::new());
+            document.check_numbers(&mut errors);
+            errors.or(Arc::new(reference))
+        }
     }
 }
 
