@@ -27,10 +27,16 @@ impl Recorder {
     /// Starts one.
     #[must_use]
     pub fn start(deployment: &Deployment) -> Self {
+        Self::start_with(deployment, &[])
+    }
+
+    /// Starts one with more arguments.
+    #[must_use]
+    pub fn start_with(deployment: &Deployment, more: &[&str]) -> Self {
         let folder = crate::folder::temporary();
         let mut command = program("trusswatch");
         command.args(["record", "--structure", "tower", "--mode", "peer", "--into"]);
-        command.arg(folder.path());
+        command.arg(folder.path()).args(more);
         for endpoint in &deployment.endpoints {
             command.args(["--connect", endpoint]);
         }
@@ -96,8 +102,13 @@ impl Recorder {
 
     /// Has its recording replayed.
     pub async fn replay(&self, words: &[&str]) -> Ended {
+        self.replay_files(&self.files().iter().collect::<Vec<_>>(), words).await
+    }
+
+    /// Has some files replayed.
+    pub async fn replay_files(&self, files: &[&PathBuf], words: &[&str]) -> Ended {
         let mut command = program("trusswatch");
-        command.arg("replay").args(self.files()).args(words);
+        command.arg("replay").args(files).args(words);
         ended(command).await
     }
 }

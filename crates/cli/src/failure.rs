@@ -19,7 +19,8 @@ Exit codes:
     3  a file that cannot be used
     4  network failure or no answer
     5  ack, reset: done, but not saved on the module's disk
-    6  replay --verify: no difference, but not everything recorded could be compared
+    6  replay --verify: no difference, but not everything recorded could be compared; replay with
+       other settings: what would have been named is not known of every component
   130  interrupted before it was done";
 
 /// Why a command failed.

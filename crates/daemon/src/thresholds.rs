@@ -79,6 +79,16 @@ pub enum ThresholdProblem {
     /// A threshold of no channel.
     #[error("`{0}` is not a component of the module; remove its threshold")]
     Unknown(Component),
+    /// A figure of the provenance out of range.
+    #[error("`{name}` is {value}; use {expected}")]
+    Provenance {
+        /// The figure.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
     /// A threshold out of range.
     #[error("the threshold of `{component}` is {value}; use a finite number above 0")]
     Value {
@@ -91,16 +101,36 @@ pub enum ThresholdProblem {
 
 impl ThresholdProblem {
     /// Where in the file the problem lies.
-    pub(crate) fn place(&self) -> Vec<String> {
+    #[must_use]
+    pub fn place(&self) -> Vec<String> {
         let path: &[&str] = match self {
             ThresholdProblem::OtherModule { .. } => &["module"],
             ThresholdProblem::OtherDetection { setting, .. } => &["detection", setting],
+            ThresholdProblem::Provenance { name, .. } => &["provenance", name],
             ThresholdProblem::Missing(_) => &["thresholds"],
             ThresholdProblem::Unknown(component) | ThresholdProblem::Value { component, .. } => {
                 return vec!["thresholds".to_owned(), component.to_string()];
             }
         };
         path.iter().map(ToString::to_string).collect()
+    }
+}
+
+impl Provenance {
+    fn problems(&self) -> impl Iterator<Item = ThresholdProblem> {
+        let not_negative = (0.0..f64::INFINITY, "0 or a finite number above 0");
+        let positive = (f64::MIN_POSITIVE..f64::INFINITY, "a finite number above 0");
+        let figures = [
+            ("runs", Some(self.runs as f64), (0.0..1e9, "less than 1e9")),
+            ("hours", Some(self.hours), not_negative.clone()),
+            ("margin", Some(self.margin), positive),
+            ("mismatch", self.mismatch, (0.0..1.0, "0 or more, and less than 1")),
+            ("false_alarms_per_hour", self.false_alarms_per_hour, not_negative),
+        ];
+        figures.into_iter().filter_map(|(name, value, (range, expected))| {
+            let value = value.filter(|value| !range.contains(value))?;
+            Some(ThresholdProblem::Provenance { name, value, expected })
+        })
     }
 }
 
@@ -120,6 +150,7 @@ impl Thresholds {
             let (found, expected) = (self.module.clone(), module.clone());
             problems.push(ThresholdProblem::OtherModule { found, expected });
         }
+        problems.extend(self.provenance.problems());
         for (setting, made_with, used_with) in self.detection.differences(detection) {
             problems.push(ThresholdProblem::OtherDetection { setting, made_with, used_with });
         }

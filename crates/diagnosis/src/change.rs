@@ -6,7 +6,7 @@ use vocabulary::{Change, Component, Step};
 pub const MAX_TIE: usize = 31;
 
 /// A change of the module's own, remembered with the growth of its ratio.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct LoggedChange {
     /// Number of the channel.
     pub(crate) channel: usize,

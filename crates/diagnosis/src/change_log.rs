@@ -8,7 +8,7 @@ use crate::change::LoggedChange;
 use crate::question::MAX_CHANGES_IN_ANSWER;
 
 /// The latest changes of the module's channels, oldest first; as many as an answer may carry.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct ChangeLog {
     /// Steps within which changes are simultaneous: so long their ratios may grow.
     tie: u64,

@@ -18,7 +18,7 @@ use crate::validity::{Supply, Validity};
 use vocabulary::Evidence;
 
 /// How a module's channels are counted: its actuators, then its gages, in the order of the description.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct ChannelLayout {
     pub(crate) actuators: usize,
     pub(crate) gages: usize,
@@ -47,7 +47,7 @@ impl ChannelLayout {
 }
 
 /// What a channel did at a step.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Occurrence {
     /// Its Gaussian was lost and restarted.
     Restarted(Violation),
@@ -62,7 +62,7 @@ pub(crate) enum Occurrence {
 }
 
 /// Residuals, divergences and monitors of all channels.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Channels {
     layout: ChannelLayout,
     components: Vec<Component>,

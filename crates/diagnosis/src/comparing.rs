@@ -24,7 +24,7 @@ use vocabulary::{Doubt, Evidence, StateAnswer, StateQuestion, Symptom, Verdict};
 const CLEARED: u32 = 10;
 
 /// The comparison with the reference, if there is one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Comparing {
     detectors: Option<Detectors>,
     /// Steps of a long window.

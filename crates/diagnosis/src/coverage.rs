@@ -9,7 +9,7 @@ use vocabulary::Step;
 const MAX_STRETCHES: usize = 16;
 
 /// The stretches of steps that were watched without a break.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Coverage {
     /// Ended ones, oldest first: from, until.
     closed: VecDeque<(Step, Step)>,

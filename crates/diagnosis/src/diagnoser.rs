@@ -34,7 +34,7 @@ pub struct Memory {
 }
 
 /// The diagnoser of one module.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct Diagnoser {
     pub(crate) module: ModuleName,
     peers: Vec<ModuleName>,

@@ -13,7 +13,9 @@ use crate::verdict::Transition;
 use vocabulary::{Change, Counters, Evidence, GivenOrder, StateAnswer, StateQuestion};
 
 /// The shell's token of a question it passed in, returned with the answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 pub struct QuestionToken(pub u64);
 
 /// An input of a diagnoser.

@@ -12,7 +12,7 @@ use crate::verdict::Transition;
 const AROUND_S: f64 = 2.0;
 
 /// The frames that are not complete yet: at most one of each channel.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Freezing {
     /// The transitions that latched something, in their order.
     latched: Vec<Transition>,

@@ -12,7 +12,7 @@ use crate::identification::{
 use crate::ledger::Ledger;
 use crate::recent::Row;
 use crate::residual::NominalHydraulics;
-use crate::settings::{ModuleSetup, Sampling};
+use crate::settings::{ModuleSetup, Sampling, always_shared, shared};
 use crate::state::{Gaussian, Reference};
 use crate::verdict::Transition;
 use vocabulary::Symptom;
@@ -38,7 +38,7 @@ const LEAST_LEARNT: usize = 200;
 const OF_REFERENCE: f64 = 0.1;
 
 /// A faulty component.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct FaultyComponent {
     sequence: u64,
     seen: FaultOnset,
@@ -50,19 +50,22 @@ struct FaultyComponent {
     steps: Option<Kept>,
     /// How its gages moved together before the onset.
     learnt: Option<Gaussian>,
+    #[serde(with = "shared")]
     predictor: Option<Arc<Predictor>>,
     /// What is later does not count: another gage failed, and what followed from that one no longer does.
     until: Option<Step>,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 enum Kept {
+    #[serde(with = "always_shared")]
     Gage(Arc<[GageStep]>),
+    #[serde(with = "always_shared")]
     Cylinder(Arc<[CylinderStep]>),
 }
 
 /// How a gage's residual follows from the others and the forces.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Predictor {
     /// By which the values less their means are multiplied; one for the gage itself.
     weights: Vec<f64>,
@@ -73,7 +76,7 @@ struct Predictor {
 }
 
 /// What is identified.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Identifying {
     faulty: Vec<Option<FaultyComponent>>,
     /// The number of the transition that each channel's fault is identified for, or is not.
@@ -84,6 +87,7 @@ pub(crate) struct Identifying {
     /// None in a module without actuators.
     hydraulics: Option<NominalHydraulics>,
     noise_m: Vec<f64>,
+    #[serde(with = "shared")]
     reference: Option<Arc<Reference>>,
 }
 

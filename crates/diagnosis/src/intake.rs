@@ -33,7 +33,7 @@ pub(crate) enum Admission {
 }
 
 /// The position in the stream of samples.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Intake {
     layout: ChannelLayout,
     sampling: Sampling,

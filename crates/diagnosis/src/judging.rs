@@ -13,7 +13,7 @@ use crate::settings::ModuleSetup;
 use vocabulary::{Change, Doubt, PastWatch, StateAnswer, Symptom, Verdict};
 
 /// The open cases of a module and the verdicts on its components.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Judging {
     pub(crate) isolator: Isolator,
     pub(crate) ledger: Ledger,

@@ -9,7 +9,7 @@ use crate::verdict::Transition;
 use vocabulary::{Alarm, Doubt, Evidence, GivenOrder, Symptom, Verdict};
 
 /// The verdict on one component.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct ComponentVerdict {
     component: Component,
     verdict: Verdict,
@@ -99,7 +99,7 @@ impl ComponentVerdict {
 }
 
 /// All verdicts of a module.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Ledger {
     module: ModuleName,
     entries: Vec<ComponentVerdict>,

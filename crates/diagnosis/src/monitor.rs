@@ -27,7 +27,7 @@ pub enum Observation {
 
 /// The monitor of one channel: the rule by which a diagnoser detects changes. It takes every outcome
 /// of the channel's divergence, in order; steps without one (a gap) are left out.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct Monitor {
     evidence: Evidence,
     warm_up_vectors: u64,

@@ -70,7 +70,7 @@ impl Row<'_> {
 }
 
 /// The latest steps and seconds of a module. Allocates nothing after it was made.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Recent {
     layout: ChannelLayout,
     width: usize,

@@ -7,7 +7,7 @@ use vocabulary::{Counters, RunId, Step};
 ///
 /// It is what a diagnoser uses of a published [`vocabulary::Sample`]: neither the module, which the shell has checked, nor
 /// the publisher's clock, on which no verdict may depend.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Measurements {
     /// The run that the step is counted in.
     pub run: RunId,
@@ -22,7 +22,7 @@ pub struct Measurements {
 }
 
 /// One of a sample's values, by the number of its actuator or gage, from 0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 pub enum Signal {
     /// The demanded force of an actuator.
     Demand(usize),

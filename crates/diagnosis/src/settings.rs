@@ -75,7 +75,7 @@ impl Default for SignalSettings {
 }
 
 /// How often the signals are sampled.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sampling {
     step_s: f64,
 }
@@ -86,6 +86,9 @@ impl Sampling {
         ((seconds / self.step_s).round() as u64).max(1)
     }
 }
+
+/// More noise is a mistake of the unit: gages of metal yield at some thousandths.
+const LARGEST_NOISE_STRAIN: f64 = 0.01;
 
 /// JSON writes what is not finite as `null`.
 fn infinite_if_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
@@ -143,25 +146,46 @@ mod description {
     }
 }
 
-/// A reference is written as if it were not shared.
-mod shared {
+/// What may be there and is shared is written as if it were not shared.
+pub(crate) mod shared {
     use std::sync::Arc;
 
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    use crate::state::Reference;
-
-    pub(super) fn serialize<S: Serializer>(
-        reference: &Option<Arc<Reference>>,
+    pub(crate) fn serialize<T: Serialize, S: Serializer>(
+        shared: &Option<Arc<T>>,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        reference.as_deref().serialize(serializer)
+        shared.as_deref().serialize(serializer)
     }
 
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
+    pub(crate) fn deserialize<'de, T: Deserialize<'de>, D: Deserializer<'de>>(
         deserializer: D,
-    ) -> Result<Option<Arc<Reference>>, D::Error> {
-        Ok(Option::<Reference>::deserialize(deserializer)?.map(Arc::new))
+    ) -> Result<Option<Arc<T>>, D::Error> {
+        Ok(Option::<T>::deserialize(deserializer)?.map(Arc::new))
+    }
+}
+
+/// The same of what is there in any case.
+pub(crate) mod always_shared {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(crate) fn serialize<T: Serialize + ?Sized, S: Serializer>(
+        shared: &Arc<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        (**shared).serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, T: ?Sized, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Arc<T>, D::Error>
+    where
+        Box<T>: Deserialize<'de>,
+    {
+        Box::<T>::deserialize(deserializer).map(Arc::from)
     }
 }
 
@@ -300,10 +324,14 @@ impl ModuleSetup {
         let above_zero = "a finite number above 0";
         require(positive(self.step_s), "step_s", self.step_s.to_string(), above_zero);
         let noise = self.gage_noise_strain;
-        require(positive(noise), "gage_noise_strain", noise.to_string(), above_zero);
+        let is_noise = positive(noise) && noise <= LARGEST_NOISE_STRAIN;
+        let noise_range =
+            format!("a number above 0 and up to {LARGEST_NOISE_STRAIN}: strain in m/m");
+        require(is_noise, "gage_noise_strain", noise.to_string(), &noise_range);
         let SignalSettings { largest_strain, largest_pressure_pa } = self.signals;
         let strain = largest_strain.to_string();
-        require(positive(largest_strain), "largest_strain", strain, above_zero);
+        let is_strain = positive(largest_strain) && largest_strain <= 1.0;
+        require(is_strain, "largest_strain", strain, "a number above 0 and up to 1: strain in m/m");
         if let Some(pressure) = largest_pressure_pa {
             let supply = self.hydraulics.map_or(0.0, |hydraulics| hydraulics.supply_pa);
             let more = match self.hydraulics {

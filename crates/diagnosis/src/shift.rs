@@ -5,7 +5,7 @@
 const LARGEST_NOISE: f64 = 10.0;
 
 /// The residuals before the latest gap, until they have been compared with those after it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Shifts {
     noise: Vec<f64>,
     before: Vec<f64>,

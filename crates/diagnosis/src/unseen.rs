@@ -3,7 +3,7 @@
 use vocabulary::Step;
 
 /// The latest such stretch, for as long as what began there may still show.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Unseen {
     /// Steps that a change takes to show at most, once divergences are defined again.
     delay: u64,

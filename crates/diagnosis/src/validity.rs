@@ -28,7 +28,7 @@ const BELOW_TANK: f64 = 0.05;
 const MOST_FORCES: f64 = 100.0;
 
 /// The values that a module's signals can have.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Plausible {
     demand_n: f64,
     pressure_pa: [f64; 2],
@@ -71,7 +71,7 @@ impl Plausible {
 }
 
 /// How long a signal may be missing, and has to be back, in steps.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Limits {
     lost: u64,
     back: u64,
@@ -84,7 +84,7 @@ impl Limits {
 }
 
 /// One signal.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Feed {
     /// Steps in a row whose value is not used.
     missing: u64,
@@ -139,7 +139,7 @@ pub(crate) enum Supply {
 }
 
 /// The signals of a module.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Validity {
     plausible: Plausible,
     layout: ChannelLayout,

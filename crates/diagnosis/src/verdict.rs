@@ -5,7 +5,7 @@ use vocabulary::{Component, ComponentPath, RunId, Step, Symptom, Verdict};
 use vocabulary::{Evidence, GivenOrder, Shelving};
 
 /// One numbered step in the life of a verdict.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Transition {
     /// Counts the transitions of this module from 1, without a gap.
     pub sequence: u64,

@@ -1,11 +1,12 @@
 //! A diagnoser that is restarted takes up where it left off.
 
 use crate::fixture::{Bench, HOLD, WARM_UP, name, quiet};
+use diagnosis::messages::{from_diagnoser, to_diagnoser};
 use diagnosis::{
     Action, Doubt, Event, PeerFailure, QuestionToken, Refusal, Rule, StateQuestion, Verdict,
 };
 use vocabulary::ModulePhase;
-use vocabulary::{RunId, Step};
+use vocabulary::{RunId, StatePart, Step};
 
 const BIAS_M: f64 = 50e-6;
 
@@ -155,4 +156,54 @@ fn a_peer_that_returns_is_asked_at_once() {
     assert_eq!(questions.len(), 2);
     bench.give(quiet(questions[1].1));
     assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed", "latched"]);
+}
+
+fn about() -> StatePart {
+    StatePart { software: env!("CARGO_PKG_VERSION").to_owned(), ..StatePart::default() }
+}
+
+/// Of a state that was written and read, everything is the same, and what comes of it later as well.
+#[test]
+fn a_state_that_was_written_and_read_goes_on_bit_for_bit() {
+    for rule in [Rule::FirstChange, Rule::Paper] {
+        let mut bench = Bench::in_service("lower", rule);
+        for step in 0..600 {
+            bench.signals.gage_offsets[0] = if step < 100 { 0.0 } else { BIAS_M };
+            bench.run(1);
+            if step % 97 != 13 {
+                continue;
+            }
+            let parts = from_diagnoser(&bench.diagnoser, &about());
+            let mut read = to_diagnoser(&parts.iter().collect::<Vec<_>>()).unwrap();
+            assert_eq!(format!("{read:?}"), format!("{:?}", bench.diagnoser));
+            let (mut actions, mut others) = (Vec::new(), Vec::new());
+            let mut original = bench.diagnoser.clone();
+            let mut signals = bench.signals.clone();
+            for _ in 0..300 {
+                let sample = signals.sample();
+                original.take_sample(&sample, &mut actions);
+                read.take_sample(&sample, &mut others);
+            }
+            assert_eq!(format!("{others:?}"), format!("{actions:?}"));
+            assert_eq!(format!("{read:?}"), format!("{original:?}"));
+        }
+    }
+}
+
+#[test]
+fn a_state_that_is_not_whole_or_of_another_version_is_refused() {
+    let bench = Bench::in_service("lower", Rule::FirstChange);
+    let parts = from_diagnoser(&bench.diagnoser, &about());
+    let refused =
+        |parts: &[StatePart]| to_diagnoser(&parts.iter().collect::<Vec<_>>()).unwrap_err();
+    assert_eq!(refused(&[]), "it has no part");
+    let mut other = parts.clone();
+    other[0].software = "0.0.1".to_owned();
+    assert_eq!(refused(&other), "it is of version 0.0.1 of the software");
+    let mut changed = parts.clone();
+    changed[0].text.replace_range(100..101, "/");
+    assert_eq!(refused(&changed), "it was changed");
+    let mut cut = parts;
+    cut[0].parts += 1;
+    assert!(refused(&cut).ends_with("parts are there"));
 }

@@ -410,7 +410,9 @@ fn a_reference_of_other_settings_is_refused_and_named() {
     assert_eq!(other.problems(&alone()), [ReferenceProblem::Version(99)]);
     let mut broken = Reference::clone(&reference());
     broken.long.means.deviation[0] = f64::NAN;
-    assert_eq!(broken.problems(&alone()), [ReferenceProblem::Figures("means")]);
+    let wanted = "long: `means.deviation` is NaN; use a finite number above 0: commission again";
+    let said: Vec<String> = broken.problems(&alone()).iter().map(ToString::to_string).collect();
+    assert_eq!(said, [wanted]);
 }
 
 #[test]

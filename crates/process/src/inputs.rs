@@ -2,7 +2,7 @@
 
 use diagnosis::messages::{Speaker, to_taken};
 use diagnosis::{Action, Diagnoser, Event, Memory, SampleRejection};
-use vocabulary::{Input, RunId, Step, Taken};
+use vocabulary::{Input, RunId, StatePart, Step, Taken};
 
 /// The position of the diagnoser in the stream of samples.
 #[derive(Debug, Clone, Copy, Default)]
@@ -12,11 +12,19 @@ struct SamplePosition {
     step: Option<Step>,
 }
 
+impl SamplePosition {
+    fn of(diagnoser: &Diagnoser) -> Self {
+        let (run, step) = (diagnoser.run(), diagnoser.last_step());
+        Self { samples: diagnoser.counters().samples, run, step }
+    }
+}
+
 /// Turns events and actions into inputs.
 #[derive(Debug)]
 pub struct InputNumbering {
     speaker: Speaker,
     process: u64,
+    configuration: String,
     /// The number of the latest input.
     number: u64,
     /// The position before the event being handled.
@@ -28,7 +36,7 @@ impl InputNumbering {
     #[must_use]
     pub fn new(speaker: Speaker, now_unix_ns: u64) -> Self {
         let position = SamplePosition::default();
-        Self { speaker, process: now_unix_ns, number: 0, position }
+        Self { speaker, process: now_unix_ns, configuration: String::new(), number: 0, position }
     }
 
     /// The start of the process \[ns since 1970\], which distinguishes its inputs from those of other processes.
@@ -40,6 +48,7 @@ impl InputNumbering {
     /// The first input: the memory of the diagnoser, and the fingerprint of its configuration.
     pub fn start(&mut self, memory: &Memory, configuration: String, now_unix_ns: u64) -> Input {
         let software = env!("CARGO_PKG_VERSION").to_owned();
+        self.configuration.clone_from(&configuration);
         let remembered = Box::new(self.speaker.remembered(memory));
         self.enter(Taken::Started { software, configuration, remembered }, now_unix_ns)
     }
@@ -51,11 +60,7 @@ impl InputNumbering {
         diagnoser: &Diagnoser,
         now_unix_ns: u64,
     ) -> Option<Input> {
-        self.position = SamplePosition {
-            samples: diagnoser.counters().samples,
-            run: diagnoser.run(),
-            step: diagnoser.last_step(),
-        };
+        self.position = SamplePosition::of(diagnoser);
         to_taken(event).map(|taken| self.enter(taken, now_unix_ns))
     }
 
@@ -79,8 +84,21 @@ impl InputNumbering {
         Some(self.enter(taken, now_unix_ns))
     }
 
+    /// The diagnoser's state between two events, still without its text, and where in the stream it is.
+    pub fn state(&mut self, diagnoser: &Diagnoser, now_unix_ns: u64) -> (Input, StatePart) {
+        self.position = SamplePosition::of(diagnoser);
+        let (software, configuration) =
+            (env!("CARGO_PKG_VERSION").to_owned(), self.configuration.clone());
+        let state = StatePart { software, configuration, ..StatePart::default() };
+        (self.input(Taken::State(Box::default()), now_unix_ns), state)
+    }
+
     fn enter(&mut self, taken: Taken, now_unix_ns: u64) -> Input {
         self.number += 1;
+        self.input(taken, now_unix_ns)
+    }
+
+    fn input(&self, taken: Taken, now_unix_ns: u64) -> Input {
         let SamplePosition { samples, run, step } = self.position;
         Input {
             structure: self.speaker.structure.clone(),

@@ -11,7 +11,7 @@ const LAST_NUMBER: u32 = 9999;
 /// When a file is followed by the next one, and when the oldest goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileLimits {
-    /// Longest file \[bytes\].
+    /// Longest file without what is at its head ([`RecordingFiles::write_head`]) \[bytes\].
     pub file_bytes: u64,
     /// Longest time that is recorded in one file \[ns\].
     pub file_ns: u64,
@@ -25,6 +25,7 @@ pub struct RecordingFiles {
     name: String,
     limits: FileLimits,
     present: Option<Present>,
+    is_held: bool,
     number: u32,
     begun: Vec<PathBuf>,
     deleted: Vec<PathBuf>,
@@ -39,6 +40,8 @@ struct Present {
     began_unix_ns: u64,
     /// What a failure of the disk would lose, by topic.
     unsynced: BTreeMap<String, u64>,
+    /// What does not count for its length.
+    head_bytes: u64,
 }
 
 impl RecordingFiles {
@@ -50,6 +53,7 @@ impl RecordingFiles {
             name: name.to_owned(),
             limits,
             present: None,
+            is_held: false,
             number: 0,
             begun: Vec::new(),
             deleted: Vec::new(),
@@ -77,6 +81,23 @@ impl RecordingFiles {
             self.count_lost([(message.topic.clone(), 1)]);
         }
         written
+    }
+
+    /// Writes a message that every file has at its head. It does not count for the file's length, as long as it is packed to
+    /// three quarters, like text in base64: otherwise a file that is to be short would consist of its head.
+    ///
+    /// # Errors
+    /// As when any message is written.
+    pub fn write_head(
+        &mut self,
+        message: &Recorded,
+        now_unix_ns: u64,
+    ) -> Result<(), RecordingError> {
+        self.write(message, now_unix_ns)?;
+        if let Some(present) = &mut self.present {
+            present.head_bytes += message.payload.len() as u64 / 4 * 3;
+        }
+        Ok(())
     }
 
     /// Writes a message now, and at the start of every later file, until another one of this topic takes its place.
@@ -131,6 +152,11 @@ impl RecordingFiles {
         self.attempt(now_unix_ns, |present| present.writer.write(&loss.to_message()))
     }
 
+    /// While this holds, the present file is not ended for its length or time: its head is still to come.
+    pub fn hold(&mut self, is_held: bool) {
+        self.is_held = is_held;
+    }
+
     /// Everything so far is on the disk afterwards; a file that is long enough is ended.
     ///
     /// # Errors
@@ -143,7 +169,8 @@ impl RecordingFiles {
         }
         let since = now_unix_ns.saturating_sub(present.began_unix_ns);
         let length = present.writer.written().unwrap_or(0);
-        if length >= self.limits.file_bytes || since >= self.limits.file_ns {
+        let longest = self.limits.file_bytes.saturating_add(present.head_bytes);
+        if !self.is_held && (length >= longest || since >= self.limits.file_ns) {
             self.finish()?;
         }
         Ok(())
@@ -217,7 +244,7 @@ impl RecordingFiles {
         for message in self.openings.values() {
             writer.write(message)?;
         }
-        Ok(Present { writer, began_unix_ns: now_unix_ns, unsynced: BTreeMap::new() })
+        Ok(Present { writer, began_unix_ns: now_unix_ns, unsynced: BTreeMap::new(), head_bytes: 0 })
     }
 
     /// Under a name that is not taken.
@@ -226,8 +253,10 @@ impl RecordingFiles {
             self.number += 1;
             let name = quota::file_name(&self.name, now_unix_ns, self.number);
             let file = self.directory.join(name);
-            if !file.exists() || self.number > LAST_NUMBER {
-                return Writer::create(&file);
+            match Writer::create(&file) {
+                // Another recorder has it, perhaps since this moment.
+                Err(_) if file.exists() && self.number <= LAST_NUMBER => {}
+                created => return created,
             }
         }
     }

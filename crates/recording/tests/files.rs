@@ -74,6 +74,30 @@ fn a_long_file_is_followed_by_another_and_none_is_overwritten() {
 }
 
 #[test]
+fn a_file_is_long_enough_by_what_follows_its_head() {
+    let directory = tempfile::tempdir().unwrap();
+    let limits = FileLimits { file_bytes: 20_000, ..LIMITS };
+    let mut files = RecordingFiles::new(directory.path(), "tower", limits);
+    for _ in 0..100 {
+        files.write_head(&sample(7), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert!(files.present().unwrap().1 > 20_000 && files.begun().len() == 1);
+    files.hold(true);
+    for step in 0..400 {
+        files.write(&sample(step), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert_eq!(files.begun().len(), 1, "its head may still come");
+    files.hold(false);
+    for step in 0..400 {
+        files.write(&sample(step), NOW).unwrap();
+        files.sync(NOW).unwrap();
+    }
+    assert!(files.begun().len() > 1, "{:?}", files.begun());
+}
+
+#[test]
 fn the_oldest_of_the_same_name_are_deleted_and_never_what_is_being_written() {
     let directory = tempfile::tempdir().unwrap();
     let place = |name: &str| directory.path().join(name);
@@ -119,4 +143,22 @@ fn a_disk_that_fails_costs_what_was_not_on_it_and_another_file_is_begun() {
     assert_eq!(read(&files.begun()[0]), [sample(1)]);
     let metadata = Recording::open(&files.begun()[0]).unwrap().metadata().unwrap();
     assert_eq!(metadata[0].values["t/s/m"], "1");
+}
+
+#[test]
+fn recorders_that_begin_in_the_same_directory_at_once_take_different_names() {
+    let directory = tempfile::tempdir().unwrap();
+    std::thread::scope(|scope| {
+        for step in 0..8 {
+            let mut files = RecordingFiles::new(directory.path(), "tower", LIMITS);
+            scope.spawn(move || {
+                files.write(&sample(step), NOW).unwrap();
+                files.finish().unwrap();
+            });
+        }
+    });
+    let files = fs::read_dir(directory.path()).unwrap();
+    let mut found: Vec<_> = files.flat_map(|file| read(&file.unwrap().path())).collect();
+    found.sort_by_key(|message| message.sequence);
+    assert_eq!(found, (0..8).map(sample).collect::<Vec<_>>());
 }

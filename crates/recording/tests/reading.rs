@@ -159,6 +159,35 @@ fn a_chunk_that_claims_to_be_longer_than_any_is_refused() {
 }
 
 #[test]
+fn a_chunk_that_lies_about_any_length_costs_at_most_what_is_not_told_apart_from_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let file = directory.path().join("a.mcap");
+    let synced = write(&file, 60, 20);
+    let whole = fs::read(&file).unwrap();
+    let all: Vec<Recorded> = (0..60).map(sample).collect();
+    let at = synced[1].0 as usize;
+    // The record, what it unpacks to, the name of the compression, what is packed.
+    for (place, length) in [(1, 8), (9 + 16, 8), (9 + 28, 4), (9 + 36, 8)] {
+        let mut written = [0; 8];
+        written[..length].copy_from_slice(&whole[at + place..at + place + length]);
+        let written = u64::from_le_bytes(written);
+        for lie in [0, 1, written - 1, written + 1, 1 << 31, 1 << 40, 1 << 62, u64::MAX] {
+            let mut bytes = whole.clone();
+            bytes[at + place..at + place + length].copy_from_slice(&lie.to_le_bytes()[..length]);
+            fs::write(&file, &bytes).unwrap();
+            let recording = Recording::open(&file).unwrap();
+            let mut messages = recording.messages().unwrap();
+            let (found, wrong): (Vec<_>, Vec<_>) = messages.by_ref().partition(Result::is_ok);
+            let found: Vec<Recorded> = found.into_iter().map(Result::unwrap).collect();
+            assert!(found.iter().all(|message| all.contains(message)), "{place}: {lie}");
+            assert!(found.len() >= 20 && found.len() < 60, "{place}: {lie}: {}", found.len());
+            let is_finished = matches!(messages.ending(), Some(Ending::Finished));
+            assert!(!wrong.is_empty() || !is_finished, "{place}: {lie}");
+        }
+    }
+}
+
+#[test]
 fn a_small_file_of_very_many_messages_is_not_read_to_its_end() {
     let directory = tempfile::tempdir().unwrap();
     let [file, copy] = ["a.mcap", "b.mcap"].map(|name| directory.path().join(name));

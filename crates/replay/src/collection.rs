@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use diagnosis::messages::{setup_fingerprint, to_setup};
 use vocabulary::{
     DecodeError, Divergences, FaultState, FaultTransition, Identification, Input, Key,
-    ModuleConfiguration, ModuleName, ModuleStatus, RunId, Step, StructureName, Topic, decode,
+    ModuleConfiguration, ModuleName, ModuleStatus, RunId, Step, StructureName, Taken, Topic,
+    decode,
 };
 
 use crate::samples::Samples;
@@ -34,6 +35,8 @@ pub struct ModuleRecord {
     pub samples: Samples,
     /// What its processes took beside samples, by process and number.
     pub inputs: BTreeMap<u64, BTreeMap<u64, Input>>,
+    /// States that its processes gave, in parts: by process, samples used and time.
+    pub states: BTreeMap<(u64, u64, u64), Vec<Input>>,
     /// Its verdicts, by time; those that were published again are there again.
     pub transitions: Vec<FaultTransition>,
     /// What was found of its faults, by time.
@@ -56,6 +59,7 @@ impl ModuleRecord {
             configurations: Vec::new(),
             samples: Samples::default(),
             inputs: BTreeMap::new(),
+            states: BTreeMap::new(),
             transitions: Vec::new(),
             identifications: Vec::new(),
             divergences: Vec::new(),
@@ -103,6 +107,10 @@ impl ModuleRecord {
 
     fn take_input(&mut self, input: Input) {
         self.note(input.time_unix_ns, input.run, input.step);
+        if let Taken::State(_) = &input.taken {
+            let at = (input.process, input.samples, input.time_unix_ns);
+            return self.states.entry(at).or_default().push(input);
+        }
         self.inputs.entry(input.process).or_default().insert(input.number, input);
     }
 

@@ -17,6 +17,9 @@ use crate::difference::{Difference, first_field};
 /// A process that is killed leaves this much unpublished at most \[s\].
 const UNPUBLISHED_S: f64 = 1.0;
 
+/// So long after the last sample that counts, a fault is identified at the latest \[ns\].
+const IDENTIFIED_WITHIN_NS: u64 = 10_000_000_000;
+
 /// A recorded message, and after how many samples it differed from the replay and how.
 type Waiting = (Divergences, Option<(u64, Difference)>);
 
@@ -57,17 +60,24 @@ pub struct ReplayComparison {
     difference_at: u64,
 }
 
+/// Is what was found of samples that precede the state? It may take its thread a while.
+fn is_seen_before(found: &Identification, course: &ProcessCourse) -> bool {
+    let begins = course.state.as_ref().and_then(|state| state.position);
+    found.time_unix_ns.saturating_sub(course.from()) < IDENTIFIED_WITHIN_NS
+        && begins.is_some_and(|(run, step)| found.run == run && found.as_of_step <= step)
+}
+
 impl ReplayComparison {
     pub(crate) fn new(record: &ModuleRecord, course: &ProcessCourse) -> Self {
-        let is_own = |time: u64| time >= course.process && time < course.until;
+        let is_own = |time: u64| time >= course.from() && time < course.until;
         let own = record.transitions.iter().filter(|message| is_own(message.time_unix_ns));
         let mut recorded: BTreeMap<_, Vec<_>> = BTreeMap::new();
         for message in own.filter(|message| message.sequence > course.memory.sequence) {
             recorded.entry(message.sequence).or_default().push(message.clone());
         }
         let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
-        for message in record.identifications.iter().filter(|message| is_own(message.time_unix_ns))
-        {
+        let own = record.identifications.iter().filter(|found| is_own(found.time_unix_ns));
+        for message in own.filter(|found| !is_seen_before(found, course)) {
             let at = (message.sequence, message.as_of_step);
             found.entry(at).or_default().push(message.clone());
         }

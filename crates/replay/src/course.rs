@@ -1,10 +1,10 @@
 //! What one process of a module took, in order.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use diagnosis::messages::{from_taken, to_memory};
-use diagnosis::{Event, Memory, ModuleSetup};
-use vocabulary::{Input, ModuleConfiguration, RunId, Step, Taken};
+use diagnosis::messages::{from_taken, to_diagnoser, to_memory};
+use diagnosis::{Diagnoser, Event, Memory, ModuleSetup};
+use vocabulary::{Input, ModuleConfiguration, RunId, StatePart, Step, Taken};
 
 use crate::collection::ModuleRecord;
 use crate::cursor::{NextSample, SampleCursor};
@@ -26,14 +26,16 @@ pub(crate) enum CourseItem {
 pub struct ProcessCourse {
     /// When the process was started \[ns since 1970\].
     pub process: u64,
-    /// When the next one was; the largest number if none was.
+    /// When the next one was, or when this one can be followed again; the largest number if there is neither.
     pub until: u64,
     /// Version of the software.
     pub software: String,
     /// What it was set up with.
     pub setup: ModuleSetup,
-    /// What it remembered.
+    /// What it remembered, or, if it is followed from a state on, had published by then.
     pub memory: Memory,
+    /// The state that it is followed from, if not from its start.
+    pub state: Option<RecordedState>,
     /// What should be known of the replay.
     pub notes: Vec<String>,
     /// Why it cannot be followed further, if it cannot.
@@ -43,47 +45,167 @@ pub struct ProcessCourse {
     pub(crate) items: Vec<CourseItem>,
 }
 
-/// The courses of all processes of a module, the first one first.
-#[must_use]
-pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfall>)> {
-    let mut processes: Vec<u64> = record.inputs.keys().copied().collect();
-    processes.push(u64::MAX);
-    let pairs = processes.windows(2);
-    pairs.map(|pair| (pair[0], course(record, pair[0], pair[1]))).collect()
+/// All that a process had computed at some point, and when that was.
+#[derive(Debug)]
+pub struct RecordedState {
+    /// By the module's clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// Run and step of the latest sample; `None` before the first.
+    pub position: Option<(RunId, Step)>,
+    pub(crate) diagnoser: Diagnoser,
+    /// The number of the latest input.
+    number: u64,
+    sample_time_unix_ns: Option<u64>,
 }
 
-fn course(record: &ModuleRecord, process: u64, until: u64) -> Result<ProcessCourse, Shortfall> {
-    let nothing = BTreeMap::new();
-    let inputs = record.inputs.get(&process).unwrap_or(&nothing);
-    let started = inputs.get(&1).map(|input| input.taken.clone());
-    let Some(Taken::Started { software, configuration, remembered }) = started else {
+impl ProcessCourse {
+    /// From when on it is followed: the start of the process, or the time of the state \[ns since 1970\].
+    #[must_use]
+    pub fn from(&self) -> u64 {
+        self.state.as_ref().map_or(self.process, |state| state.time_unix_ns)
+    }
+
+    fn samples(&self) -> u64 {
+        self.items.iter().filter(|item| matches!(item, CourseItem::Sample(_))).count() as u64
+    }
+
+    /// How many samples the process had used when it cannot be followed any more.
+    fn samples_until(&self) -> u64 {
+        let before = self.state.as_ref().map_or(0, |state| state.diagnoser.counters().samples);
+        before + self.samples()
+    }
+}
+
+/// The courses of all processes of a module, the first one first; several of one that can be followed again, from
+/// a state on, after something that is missing. One that ended before the recording began is left out.
+#[must_use]
+pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfall>)> {
+    let of_states = record.states.keys().map(|(process, ..)| *process);
+    let processes: BTreeSet<u64> = record.inputs.keys().copied().chain(of_states).collect();
+    let processes: Vec<u64> = processes.into_iter().chain([u64::MAX]).collect();
+    let is_over = |process: u64, until: u64| {
+        let speaks = |time: u64| time >= process && time < until;
+        until < u64::MAX && !record.divergences.iter().any(|message| speaks(message.time_unix_ns))
+    };
+    let pairs = processes.windows(2).map(|pair| (pair[0], pair[1]));
+    let followed = pairs.flat_map(|(process, until)| {
+        let stretches = stretches(record, (process, until)).into_iter();
+        stretches.map(move |course| (process, until, course))
+    });
+    let recorded =
+        followed.filter(|(process, until, course)| course.is_ok() || !is_over(*process, *until));
+    recorded.map(|(process, _, course)| (process, course)).collect()
+}
+
+/// From its start on, or the first state that there is; after what is missing, from the next state on.
+fn stretches(record: &ModuleRecord, span: (u64, u64)) -> Vec<Result<ProcessCourse, Shortfall>> {
+    let mut stretches = Vec::new();
+    let mut latest = from_start(record, span);
+    for (&(_, samples, _), parts) in
+        record.states.range((span.0, 0, 0)..=(span.0, u64::MAX, u64::MAX))
+    {
+        match &latest {
+            Ok(course) if course.shortfall.is_none() => break,
+            Ok(course) if samples <= course.samples_until() => continue,
+            _ => {}
+        }
+        match (from_state(record, span, parts), &mut latest) {
+            (Ok(next), Ok(ended)) if ended.samples() > 0 => {
+                ended.until = next.from();
+                stretches.push(std::mem::replace(&mut latest, Ok(next)));
+            }
+            (Ok(next), _) => latest = Ok(next),
+            (Err(why), Err(_)) => latest = Err(why),
+            (Err(_), Ok(_)) => {}
+        }
+    }
+    stretches.push(latest);
+    stretches
+}
+
+fn from_start(record: &ModuleRecord, span: (u64, u64)) -> Result<ProcessCourse, Shortfall> {
+    let started = record.inputs.get(&span.0).and_then(|inputs| inputs.get(&1));
+    let Some(Taken::Started { software, configuration, remembered }) =
+        started.map(|input| input.taken.clone())
+    else {
         return Err(Shortfall::StartMissing);
     };
-    let (setup, notes) = setup(record, &configuration)?;
-    let mut course = ProcessCourse {
+    follow(record, span, (software, &configuration), to_memory(*remembered), None)
+}
+
+fn from_state(
+    record: &ModuleRecord,
+    span: (u64, u64),
+    messages: &[Input],
+) -> Result<ProcessCourse, Shortfall> {
+    let part = |message| match message {
+        &Input { taken: Taken::State(ref part), .. } => Some(&**part),
+        _ => None,
+    };
+    let parts: BTreeMap<u64, &StatePart> =
+        messages.iter().filter_map(part).map(|part| (part.part, part)).collect();
+    let parts: Vec<&StatePart> = parts.into_values().collect();
+    let (Some(head), Some(first)) = (messages.first(), parts.first()) else {
+        return Err(Shortfall::StartMissing);
+    };
+    let diagnoser = to_diagnoser(&parts).map_err(Shortfall::State)?;
+    let components = diagnoser.components().iter();
+    let memory = Memory {
+        sequence: diagnoser.next_sequence() - 1,
+        latest: components.filter_map(|c| diagnoser.last_transition(c).cloned()).collect(),
+        watch: None,
+    };
+    let state = RecordedState {
+        time_unix_ns: head.time_unix_ns,
+        position: head.run.zip(head.step),
+        diagnoser,
+        number: head.number,
+        sample_time_unix_ns: first.sample_time_unix_ns,
+    };
+    follow(record, span, (first.software.clone(), &first.configuration), memory, Some(state))
+}
+
+fn follow(
+    record: &ModuleRecord,
+    (process, until): (u64, u64),
+    (software, configuration): (String, &str),
+    memory: Memory,
+    state: Option<RecordedState>,
+) -> Result<ProcessCourse, Shortfall> {
+    let nothing = BTreeMap::new();
+    let inputs = record.inputs.get(&process).unwrap_or(&nothing);
+    let (setup, notes) = setup(record, configuration)?;
+    let mut items = Vec::new();
+    let mut follower = InputFollower {
+        cursor: SampleCursor::new(&record.samples),
+        items: &mut items,
+        taken: 0,
+        next: NextSample::Following,
+    };
+    if let Some(state) = &state {
+        follower.taken = state.diagnoser.counters().samples;
+        if let Some(position) = state.position {
+            follower.cursor.resume(position, state.sample_time_unix_ns);
+        }
+    }
+    let first = state.as_ref().map_or(1, |state| state.number + 1);
+    let mut shortfall = follower.follow(first, inputs).err();
+    let known_until = known_until(record, (process, until), inputs);
+    if shortfall.is_none() {
+        shortfall = follower.finish(known_until, until == u64::MAX).err();
+    }
+    Ok(ProcessCourse {
         process,
         until,
         software,
         setup,
-        memory: to_memory(*remembered),
+        memory,
+        state,
         notes,
-        shortfall: None,
-        known_until: None,
-        items: Vec::new(),
-    };
-    let mut follower = InputFollower {
-        cursor: SampleCursor::new(&record.samples),
-        items: &mut course.items,
-        taken: 0,
-        next: NextSample::Following,
-    };
-    course.shortfall = follower.follow(inputs).err();
-    course.known_until = known_until(record, (process, until), inputs);
-    if course.shortfall.is_none() {
-        let known = course.known_until;
-        course.shortfall = follower.finish(known, until == u64::MAX).err();
-    }
-    Ok(course)
+        shortfall,
+        known_until,
+        items,
+    })
 }
 
 fn setup(
@@ -133,13 +255,13 @@ fn known_until(
     (process, until): (u64, u64),
     inputs: &BTreeMap<u64, Input>,
 ) -> Option<(RunId, Step)> {
-    let last = inputs.values().next_back()?;
-    let own = match last.taken {
+    let last = inputs.values().next_back();
+    let own = last.and_then(|last| match last.taken {
         Taken::RunBegan { run, step } => Some((run, step)),
         Taken::Gap { from, missing } => last.run.map(|run| (run, from.plus(missing))),
         _ => last.run.zip(last.step),
-    };
-    let since = last.time_unix_ns.max(process);
+    });
+    let since = last.map_or(process, |last| last.time_unix_ns.max(process));
     let from = record.positions.partition_point(|position| position.time_unix_ns <= since);
     let later = record.positions[from..].iter().take_while(|p| p.time_unix_ns < until);
     let run = later.clone().last().map(|position| position.run).or(own.map(|(run, _)| run))?;
@@ -156,8 +278,8 @@ struct InputFollower<'a> {
 }
 
 impl InputFollower<'_> {
-    fn follow(&mut self, inputs: &BTreeMap<u64, Input>) -> Result<(), Shortfall> {
-        for (expected, (&number, input)) in (1..).zip(inputs) {
+    fn follow(&mut self, first: u64, inputs: &BTreeMap<u64, Input>) -> Result<(), Shortfall> {
+        for (expected, (&number, input)) in (first..).zip(inputs.range(first..)) {
             if number != expected {
                 return Err(Shortfall::InputsMissing { from: expected, to: number - 1 });
             }

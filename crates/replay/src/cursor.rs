@@ -42,6 +42,14 @@ impl<'a> SampleCursor<'a> {
         }
     }
 
+    /// Goes on after this sample, published at that time.
+    pub(crate) fn resume(&mut self, (run, step): (RunId, Step), not_before: Option<u64>) {
+        self.position = Some((run, step));
+        self.not_before = not_before;
+        self.begun.insert(run);
+        self.near = self.samples.first_from(run, step.plus(1));
+    }
+
     /// Run and step of the latest sample.
     pub(crate) fn position(&self) -> Option<(RunId, Step)> {
         self.position

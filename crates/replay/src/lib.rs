@@ -20,7 +20,7 @@ mod shortfall;
 
 pub use collection::{Collection, ModulePosition, ModuleRecord};
 pub use comparison::ReplayComparison;
-pub use course::{ProcessCourse, courses, latest_setup};
+pub use course::{ProcessCourse, RecordedState, courses, latest_setup};
 pub use difference::Difference;
 pub use joint::together;
 pub use part::{Beginnings, PartError, ReplayPart};

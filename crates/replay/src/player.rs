@@ -65,8 +65,13 @@ pub(crate) fn is_of_consequence(
 /// # Errors
 /// A setup that no diagnoser can be made of.
 pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed, Shortfall> {
-    let diagnoser =
+    let mut diagnoser =
         Diagnoser::new(course.setup.clone()).map_err(|problems| Shortfall::of_setup(&problems))?;
+    match &course.state {
+        Some(state) => diagnoser = state.diagnoser.clone(),
+        None => diagnoser.recall(course.memory.clone()),
+    }
+    let before = diagnoser.counters().samples;
     let mut player = Player {
         record,
         diagnoser,
@@ -76,11 +81,11 @@ pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed,
         transitions: Vec::new(),
         comparison: ReplayComparison::new(record, course),
     };
-    player.diagnoser.recall(course.memory.clone());
     let shortfall = player.play(&course.items).err().or(course.shortfall.clone());
     player.comparison.finish(course, shortfall.is_some());
     let Player { diagnoser, transitions, comparison, .. } = player;
-    Ok(Replayed { transitions, samples: diagnoser.counters().samples, comparison, shortfall })
+    let samples = diagnoser.counters().samples - before;
+    Ok(Replayed { transitions, samples, comparison, shortfall })
 }
 
 struct Player<'a> {

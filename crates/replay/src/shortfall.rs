@@ -11,6 +11,8 @@ pub enum Shortfall {
     NoInputs,
     /// The process had started before, and what it started with is not there.
     StartMissing,
+    /// The process had started before, and the state that is there instead cannot be used.
+    State(String),
     /// What the module was set up with is not there, or cannot be used.
     Configuration(String),
     /// Inputs are not there.
@@ -58,7 +60,11 @@ impl fmt::Display for Shortfall {
                 "what its processes took beside samples is not in the recording: use one made by `trusswatch record`",
             ),
             Shortfall::StartMissing => f.write_str(
-                "the recording begins after the process had started: nothing of it can be verified before its next start",
+                "the recording begins after the process had started, and does not have its state: nothing of it can be verified before its next start",
+            ),
+            Shortfall::State(problem) => write!(
+                f,
+                "the recording begins after the process had started, and its state cannot be used: {problem}"
             ),
             Shortfall::Configuration(problem) => write!(f, "its configuration: {problem}"),
             Shortfall::InputsMissing { from, to } if from == to => {

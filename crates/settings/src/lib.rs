@@ -4,7 +4,11 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// No setting is larger, whatever its unit.
+const LARGEST: f64 = 1e15;
 
 /// A file with its text, kept so that errors found later can name a line.
 #[derive(Debug, Clone)]
@@ -21,8 +25,20 @@ impl SettingsFile {
     /// # Errors
     /// The file cannot be read.
     pub fn read(file: &Path) -> Result<Self, ConfigErrors> {
-        let text = std::fs::read_to_string(file)
+        let bytes = std::fs::read(file)
             .map_err(|error| ConfigErrors::one(file, None, format!("cannot be read: {error}")))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
+            let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
+            let column =
+                at - bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |end| end + 1);
+            let problem = format!(
+                "byte {:#04x} at place {} of the line is not UTF-8; save the file as UTF-8",
+                bytes[at],
+                column + 1
+            );
+            ConfigErrors::one(file, Some(line), problem)
+        })?;
         Ok(Self { file: file.to_owned(), text })
     }
 
@@ -32,9 +48,53 @@ impl SettingsFile {
     /// The first error.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, ConfigErrors> {
         toml::from_str(&self.text).map_err(|error| {
-            let line = error.span().map(|span| line_at(&self.text, span.start));
-            ConfigErrors::one(&self.file, line, error.message().to_owned())
+            let span = error.span();
+            let line = span.as_ref().map(|span| line_at(&self.text, span.start));
+            let key = span.and_then(|span| key_before(&self.text, span.start));
+            let message = error.message();
+            let problem = match key.filter(|_| message.starts_with("invalid")) {
+                Some(key) => format!("`{key}`: {message}"),
+                None => message.to_owned(),
+            };
+            ConfigErrors::one(&self.file, line, problem)
         })
+    }
+
+    /// Adds each number that no setting can have, unless its line has an error already. To be called last: what is known of
+    /// a setting says more.
+    pub fn check_numbers(&self, errors: &mut ConfigErrors) {
+        if let Ok(table) = DeTable::parse(&self.text) {
+            let entries = table.get_ref().iter();
+            entries.for_each(|(key, value)| self.check_number(key.get_ref(), value, errors));
+        }
+    }
+
+    /// Infinity may be a setting: it means never.
+    fn check_number(&self, key: &str, value: &Spanned<DeValue<'_>>, errors: &mut ConfigErrors) {
+        match value.get_ref() {
+            DeValue::Float(number) => {
+                let text = number.as_str();
+                let number = text.parse::<f64>().unwrap_or(0.0);
+                let is_setting = number.abs() <= LARGEST || number == f64::INFINITY;
+                let line = Some(line_at(&self.text, value.span().start));
+                let is_known = errors.0.iter().any(|e| e.line == line && e.file == self.file);
+                if !is_setting && !is_known {
+                    let least = -LARGEST;
+                    let problem =
+                        format!("`{key}` is {text}; use a number from {least:e} to {LARGEST:e}");
+                    errors.add(&self.file, line, problem);
+                }
+            }
+            DeValue::Array(values) => {
+                values.iter().for_each(|value| self.check_number(key, value, errors));
+            }
+            DeValue::Table(table) => {
+                table
+                    .iter()
+                    .for_each(|(key, value)| self.check_number(key.get_ref(), value, errors));
+            }
+            _ => {}
+        }
     }
 
     /// Whether the file has a key at this path of tables.
@@ -72,6 +132,13 @@ impl SettingsFile {
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.file.parent().map_or_else(|| path.to_owned(), |folder| folder.join(path))
     }
+}
+
+/// The key of the value at an offset, if it stands on the same line.
+fn key_before(text: &str, offset: usize) -> Option<&str> {
+    let line = text.get(..offset)?.rsplit('\n').next()?;
+    let before = line.rsplit_once('=')?.0.trim_end();
+    before.rsplit([' ', ',', '{', '.']).next().filter(|key| !key.is_empty())
 }
 
 fn line_at(text: &str, offset: usize) -> usize {
@@ -150,7 +217,26 @@ impl std::error::Error for ConfigErrors {}
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
+
+    #[test]
+    fn a_number_that_no_setting_has_is_named() {
+        let file = |text: &str| SettingsFile { file: "x.toml".into(), text: text.into() };
+        let said = |text: &str| {
+            let mut errors = ConfigErrors(Vec::new());
+            file(text).check_numbers(&mut errors);
+            errors.to_string()
+        };
+        let range = "use a number from -1e15 to 1e15";
+        let refused = format!("x.toml:2: `c` is nan; {range}\nx.toml:3: `d` is -1e300; {range}");
+        assert_eq!(said("a = 1.0\nb = { c = [1.0, nan] }\nd = -1e300"), refused);
+        assert_eq!(said("a = -inf"), format!("x.toml:1: `a` is -inf; {range}"));
+        assert_eq!(said("a = inf"), "");
+        let error = file("a = 1\nn = -3").parse::<BTreeMap<String, u64>>().unwrap_err().to_string();
+        assert!(error.starts_with("x.toml:2: `n`: invalid value"), "{error}");
+    }
 
     #[test]
     fn the_line_of_a_key_is_found_inside_its_tables() {

@@ -15,6 +15,9 @@ pub(crate) struct Located<T> {
     pub(crate) value: T,
 }
 
+/// No number of a structure is larger, whatever its unit.
+const LARGEST: f64 = 1e15;
+
 /// A permitted range of numbers.
 #[derive(Clone, Copy)]
 pub(crate) enum NumberRange {
@@ -27,18 +30,18 @@ pub(crate) enum NumberRange {
 impl NumberRange {
     fn contains(self, value: f64) -> bool {
         match self {
-            NumberRange::Positive => value.is_finite() && value > 0.0,
-            NumberRange::NotNegative => value.is_finite() && value >= 0.0,
-            NumberRange::Finite => value.is_finite(),
+            NumberRange::Positive => value > 0.0 && value <= LARGEST,
+            NumberRange::NotNegative => (0.0..=LARGEST).contains(&value),
+            NumberRange::Finite => value.abs() <= LARGEST,
             NumberRange::Poisson => value > -1.0 && value <= 0.5,
         }
     }
 
     fn words(self) -> &'static str {
         match self {
-            NumberRange::Positive => "a finite number above 0",
-            NumberRange::NotNegative => "0 or a finite number above 0",
-            NumberRange::Finite => "a finite number",
+            NumberRange::Positive => "a number above 0 and up to 1e15",
+            NumberRange::NotNegative => "a number from 0 to 1e15",
+            NumberRange::Finite => "a number from -1e15 to 1e15",
             NumberRange::Poisson => "a number above -1 and up to 0.5",
         }
     }

@@ -21,7 +21,7 @@ const LONGEST_STEP_S: f64 = 1.0;
 type Block = [f64; LANES];
 
 /// Exact zero-order-hold stepping of a modal model.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct ModalStepper {
     modes: usize,
     inputs: usize,
@@ -36,7 +36,7 @@ pub struct ModalStepper {
 }
 
 /// [`OscillatorStep`]s of a block of modes, coefficient by coefficient.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct TransitionBlock {
     displacement_keep: Block,
     displacement_from_velocity: Block,

@@ -119,7 +119,7 @@ fn an_actuator_says_where_it_is_exactly_once() {
 fn numbers_out_of_range_are_named_with_their_range() {
     assert_eq!(
         only("area_m2 = 1e-4", "area_m2 = -1e-4"),
-        "line 20: `area_m2` of section `bar` is -0.0001; use a finite number above 0"
+        "line 20: `area_m2` of section `bar` is -0.0001; use a number above 0 and up to 1e15"
     );
     for (from, to, quantity) in [
         ("young_pa = 210e9", "young_pa = 0.0", "young_pa"),

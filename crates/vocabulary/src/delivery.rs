@@ -187,7 +187,7 @@ impl<T> GapFiller<T> {
 }
 
 /// Pauses between attempts, in a unit such as a duration: each twice as long as the one before, up to the longest.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Backoff<T> {
     first: T,
     longest: T,

@@ -2,7 +2,8 @@
 //!
 //! A diagnoser depends on nothing but its configuration ([`crate::ModuleConfiguration`]), its samples and these. They
 //! are numbered without a gap since the start of its process. Who missed some queries `input?process=&from=&to=`; the
-//! latest are kept, and the first for good. All replies have the same key: ask for them without consolidation.
+//! latest are kept, and the first for good. Who begins to record later queries `input?state=1`, and gets the state that the
+//! inputs so far have led to. All replies have the same key: ask for them without consolidation.
 
 use crate::{ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
@@ -98,6 +99,28 @@ pub enum Taken {
         /// The command, who issued it, why.
         order: GivenOrder,
     },
+    /// Nothing: this is the state that all inputs up to this number and all samples have led to. It is only replied to
+    /// queries.
+    State(Box<StatePart>),
+}
+
+/// A part of the text of a diagnoser's state. Another diagnoser of the same version goes on from it, bit for bit.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+pub struct StatePart {
+    /// Version of the software.
+    pub software: String,
+    /// Fingerprint of its configuration, as in [`crate::ModuleConfiguration::fingerprint`].
+    pub configuration: String,
+    /// When the latest sample was published, by the publisher's clock \[ns since 1970\].
+    pub sample_time_unix_ns: Option<u64>,
+    /// Which part this is, from 0.
+    pub part: u64,
+    /// How many there are.
+    pub parts: u64,
+    /// Fingerprint of the whole text.
+    pub fingerprint: String,
+    /// The part; its form is that of `diagnosis`.
+    pub text: String,
 }
 
 /// What a process remembered of an earlier one.
@@ -139,6 +162,9 @@ pub struct InputQuestion {
 }
 
 impl InputQuestion {
+    /// The parameters that ask for the present state instead.
+    pub const STATE: &str = "state=1";
+
     /// The parameters of the query.
     #[must_use]
     pub fn to_parameters(&self) -> String {

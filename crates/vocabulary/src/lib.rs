@@ -93,7 +93,7 @@ pub use identification::{
     Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
 };
 pub use injection::{Injected, Injection};
-pub use input::{Input, InputQuestion, PastWatch, Remembered, Taken};
+pub use input::{Input, InputQuestion, PastWatch, Remembered, StatePart, Taken};
 pub use keys::{Key, KeyError, PlantTopic, Topic};
 pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,

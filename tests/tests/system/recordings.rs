@@ -143,3 +143,52 @@ async fn across_the_restart_of_a_diagnoser() {
     println!("across a restart: {verified:?}");
     assert!(verified.verdicts > 0 && verified.processes == 3, "{verified:?}");
 }
+
+/// The recorder begins in the middle; and of a recording in several files each one is compared by itself.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn every_file_by_itself_though_the_recorder_was_started_late() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    let plant = deployment.start_plant("real", ONSET + 12_000, 903, RUN);
+    PlantClock::of(&observer).await.reach(RUN, ONSET / 2).await;
+    let recorder = Recorder::start_with(&deployment, &["--max-file-mib", "1"]);
+    let mut recorded = Recorded { recorder, diagnosers, plant, observer, deployment };
+    assert_eq!(recorded.plant.exit_code().await, Some(0), "{}", recorded.plant.log());
+    for diagnoser in recorded.diagnosers.drain(..) {
+        diagnoser.stop().await;
+    }
+    recorded.recorder.end().await;
+    recorded.observer.session.close().await.unwrap();
+    let files = recorded.recorder.files();
+    assert!(files.len() > 1, "{files:?}");
+    // The last may have ended before it had a state.
+    let (mut verdicts, mut parts, last) = (0, 0, files.len() - 1);
+    for (place, file) in files.iter().enumerate() {
+        let ended = recorded.recorder.replay_files(&[file], &["--verify", "--json"]).await;
+        if place == last && ended.code == Some(3) {
+            continue;
+        }
+        let report = ended.json();
+        verdicts += Verified::of(&report).verdicts;
+        let modules = report["modules"].as_array().unwrap();
+        let before =
+            |what: &str| modules.iter().map(|one| one[what].as_u64().unwrap()).sum::<u64>();
+        assert_eq!(before("divergences_without_process"), 0, "{report}");
+        // While the state was on its way, something may have been decided.
+        let decided =
+            before("verdicts_without_process") + before("identifications_without_process");
+        assert_eq!(ended.code, Some(if decided == 0 { 0 } else { 6 }), "{ended:?}");
+        // The publisher may still have had all samples since its start.
+        let mut processes = modules.iter().flat_map(|one| one["processes"].as_array().unwrap());
+        let is_part = processes.any(|one| !one["after"].is_null());
+        let other = recorded.recorder.replay_files(&[file], &["--threshold-factor", "1"]).await;
+        assert_eq!(other.code, Some(if is_part { 6 } else { 0 }), "{other:?}");
+        parts += usize::from(is_part);
+    }
+    let all = recorded.recorder.replay(&["--verify", "--json"]).await;
+    assert_eq!(all.code, Some(0), "{all:?}");
+    println!("{} files, {verdicts} verdicts one by one", files.len());
+    assert!(parts > 0 && verdicts > 0 && Verified::of(&all.json()).verdicts >= verdicts);
+}

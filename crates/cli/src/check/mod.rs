@@ -3,15 +3,13 @@
 pub(crate) mod kind;
 mod zenoh_settings;
 
-use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
 use daemon::thresholds::Thresholds;
 use diagnosis::state::Reference;
-use serde::de::DeserializeOwned;
-use settings::{ConfigError, ConfigErrors};
+use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 
 use crate::failure::Failure;
@@ -49,13 +47,12 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
     if file.is_dir() {
         return zenoh_settings::check_identity(file);
     }
-    let text = fs::read_to_string(file)
-        .map_err(|error| mistake(file, None, format!("cannot be read: {error}")))?;
+    let text = SettingsFile::read(file)?.text;
     match FileKind::of(file, &text).map_err(|(line, problem)| mistake(file, line, problem))? {
         FileKind::Structure => structure(file, &text),
         FileKind::Plant => plant(file),
         FileKind::Diagnoser => diagnoser(file),
-        FileKind::Thresholds => thresholds(file, &text),
+        FileKind::Thresholds => thresholds(file),
         FileKind::Reference => reference(file),
         FileKind::Schedule => {
             Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len()))
@@ -110,13 +107,21 @@ fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
 }
 
 /// Checks thresholds alone; whether they fit a module is checked with that module's file.
-fn thresholds(file: &Path, text: &str) -> Result<String, ConfigErrors> {
-    let read: Thresholds = parsed(file, text)?;
+fn thresholds(file: &Path) -> Result<String, ConfigErrors> {
+    let document = SettingsFile::read(file)?;
+    let read: Thresholds = document.parse()?;
     let components: Vec<_> = read.thresholds.keys().cloned().collect();
     let fitted = read.fit(&read.module, &components, &read.detection).map_err(|problems| {
-        let each = problems.iter().map(|problem| mistake(file, None, problem).0);
+        let each = problems.iter().map(|problem| {
+            let place = problem.place();
+            let place: Vec<&str> = place.iter().map(String::as_str).collect();
+            mistake(file, document.line(&place), problem).0
+        });
         ConfigErrors(each.flatten().collect())
     })?;
+    let mut errors = ConfigErrors(Vec::new());
+    document.check_numbers(&mut errors);
+    errors.or(())?;
     Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
 }
 
@@ -133,11 +138,4 @@ fn reference(file: &Path) -> Result<String, ConfigErrors> {
     Ok(format!(
         "reference of module `{module}`, {cylinders} actuators, {gages} gages, learnt from {hours:.3} h"
     ))
-}
-
-fn parsed<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, ConfigErrors> {
-    toml::from_str(text).map_err(|error| {
-        let line = error.span().map(|span| kind::line_at(text, span.start));
-        mistake(file, line, error.message())
-    })
 }

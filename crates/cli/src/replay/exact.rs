@@ -8,7 +8,7 @@ use std::time::Instant;
 use ::replay::{Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, replay};
 use diagnosis::messages::Speaker;
 use serde::Serialize;
-use vocabulary::{FaultTransition, ModuleName, StructureName};
+use vocabulary::{FaultTransition, ModuleName, RunId, Step, StructureName};
 
 use super::reading::RecordingContents;
 
@@ -17,6 +17,8 @@ use super::reading::RecordingContents;
 pub(super) struct ReplayedProcess {
     /// When it was started \[ns since 1970\].
     pub(super) process: u64,
+    /// The run and step after which it is replayed, if not from its start: the recording has its state there.
+    pub(super) after: Option<(RunId, Step)>,
     /// Version of its software; `None` if it cannot be replayed.
     pub(super) software: Option<String>,
     /// Samples used.
@@ -109,20 +111,27 @@ fn module(record: &ModuleRecord) -> ReplayedModule {
     let own = record.transitions.iter().filter(|t| is_own(t.time_unix_ns, t.sequence));
     let own: BTreeSet<_> = own.map(|t| (t.incarnation, t.sequence)).collect();
     let found = record.identifications.iter().filter(|i| is_own(i.time_unix_ns, i.sequence));
+    let said = record.divergences.iter().filter(|d| !remembered.is_lead_in(d.time_unix_ns));
     ReplayedModule {
         structure: record.structure.clone(),
         module: record.module.clone(),
         verdicts_without_process: (own.len() as u64).saturating_sub(verdicts),
-        divergences_without_process: (record.divergences.len() as u64).saturating_sub(divergences),
+        divergences_without_process: (said.count() as u64).saturating_sub(divergences),
         identifications_without_process: (found.count() as u64).saturating_sub(identifications),
         processes,
     }
 }
 
-/// The verdicts that the first process remembered: it publishes them again, and they were never to be replayed.
+/// A recording has the state of a process after this time at the latest; what is before it is not to be compared \[ns\].
+const LEAD_IN_NS: u64 = 2_000_000_000;
+
+/// The verdicts that the first process remembered, or had published before the recording has its state: they are published
+/// again, and were never to be replayed.
 struct RememberedVerdicts {
     before: u64,
     sequences: BTreeSet<u64>,
+    /// It is not followed from its start.
+    has_lead_in: bool,
 }
 
 impl RememberedVerdicts {
@@ -131,11 +140,17 @@ impl RememberedVerdicts {
         let course = first.and_then(|(_, course)| course.as_ref().ok());
         let latest = course.into_iter().flat_map(|course| &course.memory.latest);
         let sequences = latest.map(|transition| transition.sequence).collect();
-        Self { before: first.map_or(0, |(process, _)| *process), sequences }
+        let before = course.map_or(0, ProcessCourse::from);
+        Self { before, sequences, has_lead_in: course.is_some_and(|c| c.state.is_some()) }
     }
 
     fn has(&self, time_unix_ns: u64, sequence: u64) -> bool {
         time_unix_ns < self.before && self.sequences.contains(&sequence)
+    }
+
+    fn is_lead_in(&self, time_unix_ns: u64) -> bool {
+        let since = self.before.saturating_sub(LEAD_IN_NS);
+        self.has_lead_in && (since..self.before).contains(&time_unix_ns)
     }
 }
 
@@ -147,6 +162,7 @@ impl ReplayedProcess {
             |of: ::replay::ReplayedTransition| speaker.transition(of.transition, of.time_unix_ns);
         Self {
             process: course.process,
+            after: course.state.and_then(|state| state.position),
             software: Some(course.software),
             samples,
             verdicts: transitions.into_iter().map(message).collect(),

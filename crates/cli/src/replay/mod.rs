@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(required = true, value_name = "FILE.mcap")]
     files: Vec<PathBuf>,
     /// Compare verdicts, divergences and identifications with the recorded ones; the exit code is 1 if they differ, and 6 if
-    /// not all of them could be compared
+    /// not all of them could be compared. Each file of a longer recording can be compared by itself
     #[arg(long)]
     verify: bool,
     /// Only these modules
@@ -131,7 +131,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let comparison = other_settings::run(&reading, &settings)?;
         write!(out, "{}", comparison.written(arguments.json, width)?)?;
         out.flush()?;
-        return reading.complete();
+        reading.complete()?;
+        return comparison.complete();
     }
     let replayed = exact::run(&reading, began);
     write!(out, "{}", replayed.written(arguments.verify, arguments.json, width)?)?;

@@ -95,8 +95,15 @@ fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> (Vec<ProcessCou
         first.memory.latest.iter().any(|transition| transition.verdict.is_latched())
     });
     let is_cut = known.iter().any(|course| course.shortfall.is_some());
-    let is_whole = !known.is_empty() && known.len() == processes && !is_cut && !remembers_faults;
-    if remembers_faults {
+    let after = known.first().and_then(|first| first.state.as_ref()?.position);
+    let begins_later = known.iter().any(|course| course.state.is_some());
+    let is_whole = !known.is_empty()
+        && known.len() == processes
+        && !(is_cut || remembers_faults || begins_later);
+    notes.extend(after.map(|(run, step)| {
+        format!("{module}: the recording begins at step {step} of run {run}; other settings may have changed what was before")
+    }));
+    if remembers_faults && !begins_later {
         notes.push(format!(
             "{module}: it was started with faults that are older than the recording"
         ));
@@ -106,11 +113,9 @@ fn courses_of(record: &ModuleRecord, notes: &mut Vec<String>) -> (Vec<ProcessCou
             "{module}: which samples it took is not in the recording: all that are there, in order"
         ));
     }
-    if known.len() > 1 {
-        notes.push(format!(
-            "{module}: it was restarted {} times, which is left out",
-            known.len() - 1
-        ));
+    let restarts = known.windows(2).filter(|pair| pair[0].process != pair[1].process).count();
+    if restarts > 0 {
+        notes.push(format!("{module}: it was restarted {restarts} times, which is left out"));
     }
     let cut = known.iter().filter_map(|course| course.shortfall.as_ref());
     notes.extend(cut.map(|why| format!("{module}: {why}")));
@@ -171,6 +176,17 @@ impl ReplayedComponent {
 }
 
 impl SideBySide {
+    /// What would have been is known of every component.
+    pub(super) fn complete(&self) -> Result<(), Failure> {
+        if !self.is_part {
+            return Ok(());
+        }
+        let mut problems =
+            vec!["what would have been named is not known of every component".to_owned()];
+        problems.extend(self.notes.iter().cloned());
+        Err(Failure::not_compared(problems))
+    }
+
     pub(super) fn written(&self, json: bool, width: Option<u16>) -> Result<String, Failure> {
         if json {
             return Ok(output::text(self)?);

@@ -196,6 +196,9 @@ fn notes(exact: &ExactReplay) -> Vec<String> {
     for (module, process) in exact.replayed() {
         let name = started(module, process);
         notes.extend(process.notes.iter().map(|note| format!("{name}: {note}")));
+        notes.extend(process.after.map(|(run, step)| {
+            format!("{name}: replayed from step {step} of run {run} on, where the recording has its state")
+        }));
         let own = env!("CARGO_PKG_VERSION");
         if let Some(software) = process.software.as_ref().filter(|software| *software != own) {
             notes.push(format!("{name}: it ran version {software}, this is version {own}"));

@@ -15,6 +15,7 @@ use crate::recorded_live::{Live, Published};
 pub(crate) fn published() -> Vec<Published> {
     let mut live = Live::new(|setup| setup.reference = None);
     live.run(5000);
+    live.tell_states();
     live.inject("module1/sensor/g5", Fault::Bias { offset_m: 2e-4 });
     live.run(3000);
     live.published
@@ -123,6 +124,34 @@ fn of_two_configurations_a_changed_one_is_noticed() {
     outcome.fails(3, &["1 messages of `module1` cannot be read", "fingerprint"]);
 }
 
+/// As a recorder has it that was started late, or whose first file was deleted.
+#[test]
+fn a_file_without_the_start_is_compared_from_its_state_on() {
+    let (_directory, files) = recording(|messages| {
+        let state = messages.iter().position(|m| m.is_state()).unwrap();
+        let mut at = 0..;
+        messages.retain(|m| at.next().unwrap() >= state || m.topic.ends_with("/configuration"));
+    });
+    let outcome = replay(&files, &["--verify"]);
+    outcome.succeeds();
+    let wanted = "replayed from step 4999 of run 7 on, where the recording has its state";
+    assert!(outcome.stdout.contains(wanted), "{}", outcome.stdout);
+    assert!(!outcome.stdout.contains("not verified"), "{}", outcome.stdout);
+    let other = replay(&files, &["--threshold-factor", "1"]);
+    other.fails(6, &["is not known of every component", "the recording begins at step 4999"]);
+    assert!(!other.stdout.contains("nor would anything"), "{}", other.stdout);
+    let (_directory, changed) = recording(|messages| {
+        let state = messages.iter().position(|m| m.is_state()).unwrap();
+        let mut at = 0..;
+        messages.retain(|m| at.next().unwrap() >= state || m.topic.ends_with("/configuration"));
+        for state in messages.iter_mut().filter(|m| m.is_state()) {
+            let length = state.payload.len();
+            state.payload[length / 2] = b'A' + state.payload[length / 2] % 2;
+        }
+    });
+    replay(&changed, &["--verify"]).fails(3, &["its state cannot be used: it was changed"]);
+}
+
 /// As a diagnoser does that was started again, and as it answers a recorder that was.
 #[test]
 fn verdicts_that_are_recorded_again_are_compared_once() {
@@ -157,7 +186,7 @@ fn other_settings_stand_beside_what_was() {
         messages.retain(|m| !(m.topic.ends_with("/sample") && m.step < 5500));
     });
     let part = replay(&late, &["--threshold-factor", "1"]);
-    part.succeeds();
+    part.fails(6, &["what would have been named is not known of every component"]);
     let row = part.stdout.lines().find(|line| line.contains("module1/sensor/g5")).unwrap();
     let states = ["latched", "unknown", "only a part is recorded"];
     assert!(states.iter().all(|state| row.contains(state)), "{}", part.stdout);

@@ -333,6 +333,8 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
         errors.add(file, document.line(&place(&problem)), problem);
     }
+    document.check_numbers(&mut errors);
+    thresholds_document.check_numbers(&mut errors);
     errors.or(DiagnoserConfig {
         structure_name,
         network: written.network,
@@ -362,7 +364,12 @@ pub fn load_reference(file: &Path) -> Result<Arc<Reference>, ConfigErrors> {
             let line = document.line(&["v"]);
             Err(ConfigErrors(vec![ConfigError { file: file.to_owned(), line, problem }]))
         }
-        _ => Ok(Arc::new(document.parse()?)),
+        _ => {
+            let reference = document.parse()?;
+            let mut errors = ConfigErrors(Vec::new());
+            document.check_numbers(&mut errors);
+            errors.or(Arc::new(reference))
+        }
     }
 }
 
@@ -536,7 +543,7 @@ fn check_figures(written: &DiagnoserFile, document: &SettingsFile, errors: &mut 
         ("input", "resync_after_ms", resync_after_ms, 100..=60_000),
         ("input", "recover_steps", recover_steps, 0..=100_000),
         ("input", "incumbent_ms", incumbent_ms, 10..=60_000),
-        ("state", "rotate_mib", written.state.rotate_mib, 1..=65_536),
+        ("state", "rotate_mib", written.state.rotate_mib, 1..=32),
     ] {
         if !allowed.contains(&value) {
             let problem =

@@ -208,6 +208,7 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
         health,
     };
     check_plant(&config, &document, schedule_file.as_deref(), &mut errors);
+    document.check_numbers(&mut errors);
     errors.or(config)
 }
 

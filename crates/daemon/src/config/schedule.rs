@@ -56,5 +56,6 @@ pub fn load_schedule(file: &Path) -> Result<Schedule, ConfigErrors> {
             errors.add(file, None, problem);
         }
     }
+    document.check_numbers(&mut errors);
     errors.or(schedule)
 }

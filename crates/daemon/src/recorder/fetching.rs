@@ -1,5 +1,5 @@
 //! Asks for what is missing: publishers keep their latest samples and inputs. And for what a diagnoser tells who asks:
-//! its configuration, its inputs so far, its present states.
+//! its configuration, its inputs so far, its present states, and its whole state.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -46,6 +46,8 @@ pub(super) enum FetchRequest {
     Missing(MissingRange),
     /// What a diagnoser tells who asks.
     Module(StructureName, ModuleName),
+    /// All that it has computed so far.
+    State(StructureName, ModuleName),
 }
 
 /// The way to the fetcher.
@@ -124,6 +126,11 @@ impl Fetcher {
                 self.queue.put(RecorderEvent::Settled(gap)).await;
             }
             FetchRequest::Module(structure, module) => self.module(&structure, &module).await,
+            FetchRequest::State(structure, module) => {
+                let key = Key::of_module(&structure, &module, Topic::Input);
+                let selector = format!("{key}?{}", InputQuestion::STATE);
+                self.fetch_as(&selector, RecorderEvent::State).await;
+            }
         }
     }
 
@@ -183,6 +190,14 @@ impl Fetcher {
 
     /// Puts a question and passes on the replies: how many came, and the place of the last that is counted.
     async fn fetch(&self, selector: &str) -> (usize, Option<u64>) {
+        self.fetch_as(selector, RecorderEvent::Fetched).await
+    }
+
+    async fn fetch_as(
+        &self,
+        selector: &str,
+        event: fn(ReceivedMessage) -> RecorderEvent,
+    ) -> (usize, Option<u64>) {
         let (found, mut replies) = mpsc::unbounded_channel();
         let count = AtomicUsize::new(0);
         let query = self.session.get(selector).target(QueryTarget::All);
@@ -205,7 +220,7 @@ impl Fetcher {
             let counting = Counting::of(&message.topic);
             let at = counting.and_then(|counting| counting.place(&Stamp::of(&message.payload)));
             last = last.max(at.map(|(_, at)| at));
-            self.queue.put(RecorderEvent::Fetched(message)).await;
+            self.queue.put(event(message)).await;
         }
         (had, last)
     }

@@ -5,7 +5,8 @@
 //! | `keys` | what is to be recorded, as key expressions |
 //! | `queue` | takes messages from the network, never waits |
 //! | `missing` | what is missing between those that came |
-//! | `fetching` | asks for it, for what was before the recorder, and for each diagnoser's configuration and present states |
+//! | `fetching` | asks for it, for what was before the recorder, and for each diagnoser's configuration, present states and whole state |
+//! | `states` | which diagnosers owe the present file their state |
 //! | `writer` | a thread: writes everything |
 //! | `report` | how far it has come |
 
@@ -14,6 +15,7 @@ mod keys;
 mod missing;
 mod queue;
 mod report;
+mod states;
 mod writer;
 
 use std::path::PathBuf;

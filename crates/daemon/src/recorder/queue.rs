@@ -24,6 +24,8 @@ pub(super) enum RecorderEvent {
     Published(ReceivedMessage),
     /// One that was fetched.
     Fetched(ReceivedMessage),
+    /// A part of a diagnoser's state.
+    State(ReceivedMessage),
     /// What was asked for has come as far as it ever will.
     Settled(MissingRange),
     /// Time has passed.
@@ -67,9 +69,9 @@ impl ReceivedMessage {
 impl RecorderEvent {
     fn bytes(&self) -> usize {
         match self {
-            RecorderEvent::Published(message) | RecorderEvent::Fetched(message) => {
-                message.payload.len()
-            }
+            RecorderEvent::Published(message)
+            | RecorderEvent::Fetched(message)
+            | RecorderEvent::State(message) => message.payload.len(),
             RecorderEvent::Settled(_) | RecorderEvent::Tick => 0,
         }
     }

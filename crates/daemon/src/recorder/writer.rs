@@ -8,13 +8,14 @@ use parking_lot::Mutex;
 use recording::{Metadata, Recorded, RecordingError, RecordingFiles, Stamp};
 use shell::clock;
 use shell::occurrences::Occurrences;
-use vocabulary::{ModuleConfiguration, Topic};
+use vocabulary::{Input, ModuleConfiguration, Taken, Topic};
 
 use super::fetching::{FetchRequest, FetchRequests, module_request};
 use super::keys::RecordedKeys;
 use super::missing::{Counting, MissingRange, NumberedStreams};
 use super::queue::{Dropped, QueuedEvents, ReceivedMessage, RecorderEvent};
 use super::report::RecorderReport;
+use super::states::OwedStates;
 
 /// What is older than this is on the disk, with what it takes to get there: a second at most is lost.
 const SYNC_EVERY: Duration = Duration::from_millis(600);
@@ -39,6 +40,9 @@ pub(super) struct RecordingThread {
     dropped: Dropped,
     requests: FetchRequests,
     streams: NumberedStreams,
+    states: OwedStates,
+    /// How many files were begun.
+    files_begun: usize,
     report: RecorderReport,
     /// Losses that are not in the file yet, by topic and reason.
     losses: BTreeMap<(String, &'static str), u64>,
@@ -69,6 +73,8 @@ impl RecordingThread {
             dropped,
             requests,
             streams: NumberedStreams::default(),
+            states: OwedStates::default(),
+            files_begun: 0,
             report: RecorderReport::default(),
             losses: BTreeMap::new(),
             synced: Instant::now(),
@@ -116,7 +122,12 @@ impl RecordingThread {
                     module_request(&message.topic).map(|request| self.requests.add(request));
                 }
                 self.streams.said(&message.topic, &stamp, Instant::now());
+                let sample = message.topic.ends_with("/sample").then(|| message.topic.clone());
                 self.record(message, stamp);
+                // If a file begins with it, it is the first in there.
+                if let Some(topic) = sample {
+                    self.states.sample(&topic, &stamp);
+                }
             }
             RecorderEvent::Fetched(message) => {
                 let stamp = Stamp::of(&message.payload);
@@ -127,12 +138,24 @@ impl RecordingThread {
                     self.record(message, stamp);
                 }
             }
+            RecorderEvent::State(message) => self.take_state(message),
             RecorderEvent::Settled(gap) => self.settle(&gap),
             RecorderEvent::Tick => {
+                self.ask_states();
                 for gap in self.streams.overdue(Instant::now()) {
                     self.want(gap);
                 }
             }
+        }
+    }
+
+    fn take_state(&mut self, message: ReceivedMessage) {
+        let stamp = Stamp::of(&message.payload);
+        // Who does not know the question may answer another one.
+        let input = vocabulary::decode::<Input>(&message.payload);
+        let is_state = input.is_ok_and(|input| matches!(input.taken, Taken::State(_)));
+        if is_state && self.states.came(&message.topic, &stamp) {
+            self.record_by(RecordingFiles::write_head, message, stamp);
         }
     }
 
@@ -156,6 +179,15 @@ impl RecordingThread {
     }
 
     fn record(&mut self, message: ReceivedMessage, stamp: Stamp) {
+        self.record_by(RecordingFiles::write, message, stamp);
+    }
+
+    fn record_by(
+        &mut self,
+        write: fn(&mut RecordingFiles, &Recorded, u64) -> Result<(), RecordingError>,
+        message: ReceivedMessage,
+        stamp: Stamp,
+    ) {
         let ReceivedMessage { topic, payload, at_unix_ns } = message;
         if self.is_failing() {
             return self.lose(&topic, DISK, 1);
@@ -169,8 +201,26 @@ impl RecordingThread {
             None => drop(self.report.messages.insert(topic.clone(), 1)),
         }
         let recorded = Recorded::stamped(topic, payload, stamp, at_unix_ns);
-        if let Err(error) = self.files.write(&recorded, at_unix_ns) {
+        if let Err(error) = write(&mut self.files, &recorded, at_unix_ns) {
             self.fail(&error);
+        }
+        self.note_file();
+    }
+
+    /// Each file begins with the state of each diagnoser, so that it can be replayed without the files before it.
+    fn note_file(&mut self) {
+        let begun = self.files.begun().len();
+        if begun != self.files_begun {
+            self.files_begun = begun;
+            self.states.begin_file();
+            self.ask_states();
+        }
+    }
+
+    fn ask_states(&mut self) {
+        for (structure, module) in self.states.due(Instant::now()) {
+            // If there is no room for it, it is due again.
+            self.requests.add(FetchRequest::State(structure, module));
         }
     }
 
@@ -182,6 +232,7 @@ impl RecordingThread {
             return;
         };
         let name = format!("module/{}/{}", setup.structure, setup.module);
+        let module = (setup.structure, setup.module);
         let about = [
             ("software", setup.software),
             ("configuration", setup.fingerprint),
@@ -195,6 +246,8 @@ impl RecordingThread {
         if let Err(error) = noted {
             self.fail(&error);
         }
+        self.note_file();
+        self.states.want(module.0, module.1);
     }
 
     fn is_failing(&self) -> bool {
@@ -239,6 +292,7 @@ impl RecordingThread {
             // Counted all the same, so each is logged once.
             outcome = outcome.and(self.files.lose(&topic, count, reason, now));
         }
+        self.files.hold(self.states.are_owed());
         outcome.and(self.files.sync(now))
     }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_diagnoser, load_plant};
 use tempfile::TempDir;
+use toml::de::{DeTable, DeValue};
 
 /// A copy of the shipped files that may be spoilt.
 struct Copy(TempDir);
@@ -301,4 +302,116 @@ fn settings_that_are_left_open_fit_every_sampling_rate() {
     assert!(at(100.0, "[isolation]\ntie_ms = 30").is_ok());
     let errors = at(100.0, "[isolation]\nhold_ms = 10").unwrap_err().to_string();
     assert!(errors.contains("`hold_ms` is 10; use at least twice tie_ms, 20"), "{errors}");
+}
+
+/// Every number of a document: where its text stands, and the keys that lead to it.
+fn numbers(text: &str) -> Vec<(std::ops::Range<usize>, Vec<String>)> {
+    fn walk(
+        value: &toml::Spanned<DeValue<'_>>,
+        keys: &[String],
+        found: &mut Vec<(std::ops::Range<usize>, Vec<String>)>,
+    ) {
+        match value.get_ref() {
+            DeValue::Integer(_) | DeValue::Float(_) => found.push((value.span(), keys.to_vec())),
+            DeValue::Array(values) => values.iter().for_each(|value| walk(value, keys, found)),
+            DeValue::Table(table) => table.iter().for_each(|(key, value)| {
+                let keys = [keys, &[key.get_ref().to_string()]].concat();
+                walk(value, &keys, found);
+            }),
+            _ => {}
+        }
+    }
+    let mut found = Vec::new();
+    let table = DeTable::parse(text).unwrap();
+    for (key, value) in table.get_ref() {
+        walk(value, &[key.get_ref().to_string()], &mut found);
+    }
+    found
+}
+
+/// Is a number of this key right if it is negative, infinite or the largest one?
+fn is_in_range(key: &str, mutation: &str) -> bool {
+    match mutation {
+        "-" => {
+            let signed = ["mean", "correlations", "least_n", "position_m", "local_y", "largest_n"];
+            signed.contains(&key)
+        }
+        "inf" => key == "root_ratio",
+        "9223372036854775807" => ["seed", "root_ratio"].contains(&key),
+        _ => false,
+    }
+}
+
+#[test]
+fn every_number_that_cannot_be_right_is_refused_by_its_name() {
+    let copy = Copy::new();
+    std::fs::write(copy.path("storm.toml"), include_str!("../../../../configs/storm.toml"))
+        .unwrap();
+    let files = [
+        ("module1.toml", 1),
+        ("thresholds/module1.toml", 1),
+        ("references/module1.toml", 41),
+        ("tower/module1.structure.toml", 7),
+        ("plant.toml", 1),
+        ("storm.toml", 1),
+    ];
+    let mut wrong = Vec::new();
+    for (file, every) in files {
+        let path = copy.path(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let all = numbers(&text);
+        for (place, keys) in all.iter().step_by(every) {
+            let number = &text[place.clone()];
+            let is_integer = number.parse::<i64>().is_ok();
+            for mutation in ["nan", "inf", "-inf", "1e300", "9223372036854775807", "-"] {
+                let is_for = is_integer == (mutation == "9223372036854775807") || mutation == "-";
+                let is_zero = number.parse::<f64>() == Ok(0.0);
+                if !is_for || mutation == "-" && (is_zero || number.starts_with('-')) {
+                    continue;
+                }
+                let other =
+                    if mutation == "-" { format!("-{number}") } else { mutation.to_owned() };
+                let mut changed = text.clone();
+                changed.replace_range(place.clone(), &other);
+                std::fs::write(&path, changed).unwrap();
+                let said = if file == "plant.toml" || file == "storm.toml" {
+                    load_plant(&path, &PlantFlags::default()).map(drop)
+                } else {
+                    load_diagnoser(&copy.path("module1.toml")).map(drop)
+                };
+                let key = keys.last().unwrap();
+                let may_be = is_in_range(key, mutation);
+                let is_right = match &said {
+                    Ok(()) => may_be,
+                    Err(errors) => {
+                        let said = errors.to_string();
+                        may_be || keys.iter().any(|key| said.contains(key.as_str()))
+                    }
+                };
+                if !is_right {
+                    wrong.push(format!("{file}: {} = {other}: {said:?}", keys.join(".")));
+                }
+            }
+        }
+        std::fs::write(&path, text).unwrap();
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_byte_that_is_no_text_is_named_with_its_place() {
+    let copy = Copy::new();
+    std::fs::write(copy.path("module1.toml"), b"a = 1\nb = \"M\xfcnchen\"\n").unwrap();
+    let wanted =
+        "module1.toml:2: byte 0xfc at place 7 of the line is not UTF-8; save the file as UTF-8";
+    assert!(copy.module_errors().ends_with(wanted), "{}", copy.module_errors());
+}
+
+/// Both files of a journal are read at each start.
+#[test]
+fn a_journal_that_would_take_long_to_read_is_refused() {
+    let copy = Copy::new();
+    copy.spoil("module1.toml", "rotate_mib = 16", "rotate_mib = 1000");
+    let error = copy.module_errors();
+    assert!(error.contains("`rotate_mib` is 1000; use 1 to 32"), "{error}");
 }

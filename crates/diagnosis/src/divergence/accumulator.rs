@@ -35,7 +35,7 @@ pub(super) struct RankOne {
 }
 
 /// Mean and factored inverse scatter of the vectors added and not yet deleted.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Accumulator {
     count: Lane,
     /// Subtracted from every vector first: keeps a large constant offset out of the rounding.

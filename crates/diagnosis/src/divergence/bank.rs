@@ -6,7 +6,7 @@ use super::lanes::{LANES, splat};
 use super::settings::{DivergenceSettings, SettingsError};
 
 /// Running divergences of the channels of one module.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct DivergenceBank {
     groups: Vec<EstimatorGroup>,
     outcomes: Vec<DivergenceOutcome>,

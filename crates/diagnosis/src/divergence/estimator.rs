@@ -21,7 +21,7 @@ use super::{DivergenceOutcome, Violation};
 const CLEARLY_NEGATIVE: f64 = -1e-6;
 
 /// Running divergences of four channels that are sampled together.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct EstimatorGroup {
     settings: DivergenceSettings,
     prior_scatter: Lane,
@@ -31,6 +31,7 @@ pub(super) struct EstimatorGroup {
     current: Accumulator,
     fresh: Accumulator,
     recent: RecentChanges,
+    #[serde(skip, default = "pulp::Arch::new")]
     instructions: pulp::Arch,
 }
 

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use super::lanes::{Lane, splat};
 
 /// A ring of samples written twice, so that every window is contiguous in memory, with the gaps.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct History {
     window: usize,
     capacity: usize,

@@ -14,7 +14,9 @@ pub use settings::{
 };
 
 /// Why the Gaussian of a channel could not be kept and was restarted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Hash, thiserror::Error, serde::Serialize, serde::Deserialize,
+)]
 pub enum Violation {
     /// The scatter lost positive definiteness, or a number overflowed.
     #[error("scatter no longer positive definite and finite")]
@@ -28,7 +30,7 @@ pub enum Violation {
 }
 
 /// What one sample led to.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum DivergenceOutcome {
     /// Not enough vectors yet.
     Undefined,

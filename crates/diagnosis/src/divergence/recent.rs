@@ -20,7 +20,7 @@ use super::accumulator::RankOne;
 use super::lanes::{Instructions, LANES, Lane, splat};
 
 /// One recorded change; all zero where nothing changed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Term {
     weight: Lane,
     mean_share: Lane,
@@ -41,7 +41,7 @@ const NOTHING: Term = Term {
 };
 
 /// The rank-one changes of the last l steps, two places a step: an addition and a deletion.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct RecentChanges {
     dimension: usize,
     deviations: Vec<Lane>,

@@ -24,7 +24,7 @@ pub struct Excerpt {
 }
 
 /// What was seen of the onset.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) enum FaultOnset {
     /// A change: it rose from `onset` until it was noticed at `detection`.
     Change { onset: Step, detection: Step },
@@ -62,7 +62,7 @@ pub(crate) struct GageSeries {
 }
 
 /// A gage at a step that has a usable value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct GageStep {
     pub(crate) step: Step,
     /// How much more it reads than the others and the forces say \[m\].
@@ -88,7 +88,7 @@ pub(crate) struct CylinderSeries {
 }
 
 /// A cylinder at a step that has usable values.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct CylinderStep {
     pub(crate) step: Step,
     pub(crate) demand_n: f64,

@@ -68,7 +68,7 @@ impl Walked {
 }
 
 /// What is believed of a coefficient before anything was seen: normal.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Prior {
     pub(crate) mean: f64,
     pub(crate) deviation: f64,

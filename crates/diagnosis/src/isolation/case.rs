@@ -6,7 +6,7 @@ use crate::verdict::Transition;
 use vocabulary::{Doubt, Evidence, Verdict};
 
 /// A change that awaits its judgement.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Case {
     /// Number of the channel.
     pub(crate) channel: usize,

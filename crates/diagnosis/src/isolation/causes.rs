@@ -13,7 +13,7 @@ const ALIKE: f64 = 3.0;
 const COMES_AND_IS_REPAIRED: usize = 4;
 
 /// Why a change is a root cause or not.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Reason {
     /// No root cause explained anything any more, and of the changes that are simultaneous with it, itself
     /// included, none outranks it.
@@ -39,7 +39,7 @@ pub enum Reason {
 }
 
 /// How it is known that a change is an effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Explanation {
     /// The root cause changed before.
     Earlier,
@@ -55,7 +55,7 @@ pub enum Explanation {
 }
 
 /// A component that is a root cause, with its changes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Root {
     path: ComponentPath,
     changes: Vec<RootChange>,
@@ -64,7 +64,7 @@ struct Root {
 }
 
 /// A change of a root cause.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 struct RootChange {
     period: ChangePeriod,
     /// An earlier one left the interval with it, so nothing that entered with it will leave.
@@ -85,7 +85,7 @@ impl Root {
 }
 
 /// A change that is an effect.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Effect {
     change: KnownChange,
     by: ComponentPath,
@@ -110,7 +110,7 @@ impl Explaining<'_> {
 }
 
 /// The root causes and effects that bear on changes to come.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Causes {
     roots: Vec<Root>,
     effects: Vec<Effect>,

@@ -14,7 +14,7 @@ const ASKED_TIMES: u32 = 4;
 const MAX_CLAIMS: usize = 8;
 
 /// A change that a peer's component explains, if the peer stands by it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 struct Claim {
     case: Case,
     by: ComponentPath,
@@ -35,7 +35,7 @@ pub(crate) enum Word {
 }
 
 /// The verdicts that rest on a peer's word, until it has been kept.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Claims {
     open: Vec<Claim>,
     pauses: Backoff<u64>,

@@ -31,7 +31,7 @@ use crate::divergence::DivergenceSettings;
 use crate::settings::IsolationSettings;
 
 /// The rule by which changes are judged (an extension of section 4.3 of the paper).
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub struct FirstChange(Windows);
 
 impl FirstChange {

@@ -25,7 +25,7 @@ const PAUSES_S: [f64; 2] = [0.25, 1.0];
 const MAX_PENDING: usize = 8;
 
 /// The part of a diagnoser that judges its changes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Isolator {
     module: ModuleName,
     components: Vec<Component>,

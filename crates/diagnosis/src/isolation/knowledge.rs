@@ -9,7 +9,7 @@ use vocabulary::{Change, StateAnswer, StateQuestion};
 const LARGEST_RATIO: f64 = 1e15;
 
 /// A change somewhere in the structure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct KnownChange {
     /// The channel.
     pub path: ComponentPath,
@@ -25,7 +25,7 @@ pub struct KnownChange {
 }
 
 /// The first and the last step of a change; `None` while it goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct ChangePeriod {
     pub(super) since: Step,
     pub(super) until: Option<Step>,
@@ -52,7 +52,7 @@ impl KnownChange {
 }
 
 /// One peer: what it has reported and what it has been asked.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct PeerKnowledge {
     pub(crate) name: ModuleName,
     /// Changes reported, sorted by step.
@@ -73,7 +73,7 @@ pub(crate) struct PeerKnowledge {
     retry: Option<Retry>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 struct Retry {
     at: Step,
     pauses: Backoff<u64>,

@@ -7,7 +7,7 @@ use crate::divergence::DivergenceSettings;
 use crate::settings::IsolationSettings;
 
 /// Steps and ratios by which changes are judged.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
 pub(super) struct Windows {
     /// Steps within which changes are simultaneous.
     pub(super) tie: u64,

@@ -39,7 +39,8 @@ pub fn from_taken(taken: Taken) -> Option<Event> {
         Taken::Started { .. }
         | Taken::RunBegan { .. }
         | Taken::Gap { .. }
-        | Taken::Rejected { .. } => None,
+        | Taken::Rejected { .. }
+        | Taken::State(_) => None,
     }
 }
 

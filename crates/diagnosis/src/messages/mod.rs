@@ -5,7 +5,7 @@ mod configuration;
 mod identification;
 mod input;
 
-pub use configuration::{setup_fingerprint, to_setup};
+pub use configuration::{from_diagnoser, setup_fingerprint, to_diagnoser, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
 use crate::Transition;

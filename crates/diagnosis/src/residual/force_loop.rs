@@ -9,7 +9,7 @@
 use super::nominal_hydraulics::NominalHydraulics;
 
 /// One actuator's nominal chamber pressures and force.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct ForceLoop {
     hydraulics: NominalHydraulics,
     step_s: f64,

@@ -36,7 +36,7 @@ pub enum ActuatorResidual {
 }
 
 /// What drives the models at a step.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct ModelInputs {
     forces: Vec<f64>,
     demands: Vec<f64>,
@@ -69,7 +69,7 @@ pub(crate) fn longest_gap_of_loops(hydraulics: Option<&NominalHydraulics>, step_
 }
 
 /// Turns samples into residuals: actuators first, then gages, in the order of the description.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ResidualGenerator {
     kind: ActuatorResidual,
     /// Deviation of an observed force due to the noise of its pressures \[N\].

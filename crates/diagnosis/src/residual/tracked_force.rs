@@ -16,7 +16,7 @@ const INSTANT_STEPS: f64 = 0.5;
 const LEANING_S: f64 = 1.0;
 
 /// The nominal force loop of an actuator between a slower and a faster one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct TrackedForce {
     nominal: ForceLoop,
     slow: ForceLoop,

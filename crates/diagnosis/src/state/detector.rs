@@ -16,7 +16,7 @@ use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
 use super::track::{Departed, Track, WindowFinding, WindowOutcome};
 use super::window::cylinder_values;
-use crate::settings::ModuleSetup;
+use crate::settings::{ModuleSetup, always_shared};
 use vocabulary::{
     Condition, CylinderMeans, GageMeans, Obstacle, StateAnswer, Symptom, WindowLength, WindowMeans,
 };
@@ -53,7 +53,7 @@ pub(crate) enum Reaction {
 }
 
 /// A window that waits for the peers' answers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Pending {
     window: WindowMeans,
     known: Vec<bool>,
@@ -64,9 +64,10 @@ struct Pending {
 }
 
 /// A module's comparison with its reference over windows of one length.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct StateDetector {
     length: WindowLength,
+    #[serde(with = "always_shared")]
     reference: Arc<Reference>,
     peers: Vec<ModuleName>,
     actuators: usize,

@@ -15,7 +15,7 @@ const SHORT_QUESTIONS: u32 = 3;
 
 /// A module's comparison with its reference over windows of both lengths. The long ones tell the condition of each
 /// component; of the short ones only what has departed for certain counts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Detectors {
     short: StateDetector,
     long: StateDetector,

@@ -11,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 /// Added to each variance, as a share of it: what the arithmetic can resolve.
 const RIDGE: f64 = 1e-9;
+/// Snippets of a second in a year are no more.
+const MOST_SNIPPETS: usize = 100_000_000;
 
 /// A Gaussian of several values, each in units of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -108,16 +110,38 @@ impl Gaussian {
 
     /// Are the lengths those of so many values, and the figures such that it can be used?
     pub(crate) fn is_sound(&self, size: usize) -> bool {
+        self.problem("", size).is_none()
+    }
+
+    /// What cannot be right of so many values, if the Gaussian has this name.
+    pub(crate) fn problem(&self, name: &str, size: usize) -> Option<String> {
         let lengths = self.mean.len() == size
             && self.deviation.len() == size
             && self.correlations.len() == size
             && self.correlations.iter().enumerate().all(|(place, row)| row.len() == place);
-        lengths
-            && self.snippets > 0
-            && self.mean.iter().all(|mean| mean.is_finite())
-            && self.deviation.iter().all(|deviation| deviation.is_finite() && *deviation > 0.0)
-            && self.correlations.iter().flatten().all(|r| r.is_finite() && r.abs() <= 1.0 + 1e-9)
-            && self.precision(&(0..size).collect::<Vec<_>>()).is_some()
+        if !lengths {
+            return Some(format!("`{name}` is not of {size} values; use as many in each list"));
+        }
+        if !(1..=MOST_SNIPPETS).contains(&self.snippets) {
+            let snippets = self.snippets;
+            return Some(format!("`{name}.snippets` is {snippets}; use 1 to {MOST_SNIPPETS}"));
+        }
+        let wrong = |key, values: &[f64], is_right: fn(f64) -> bool, expected| {
+            let value = values.iter().find(|value| !is_right(**value))?;
+            Some(format!("`{name}.{key}` is {value}; use {expected}"))
+        };
+        let correlations = self.correlations.concat();
+        let is_correlation = |r: f64| r.abs() <= 1.0 + 1e-9;
+        wrong("mean", &self.mean, f64::is_finite, "a finite number")
+            .or_else(|| {
+                let is_deviation = |d: f64| d.is_finite() && d > 0.0;
+                wrong("deviation", &self.deviation, is_deviation, "a finite number above 0")
+            })
+            .or_else(|| wrong("correlations", &correlations, is_correlation, "-1 to 1"))
+            .or_else(|| {
+                let precision = self.precision(&(0..size).collect::<Vec<_>>());
+                precision.is_none().then(|| format!("`{name}.correlations` contradict each other"))
+            })
     }
 
     /// The standard deviation of a value given all others, as predicted from so few snippets.

@@ -57,18 +57,39 @@ pub struct MeansReference {
 }
 
 impl MeansReference {
-    /// What of it cannot be, if the module has so many gages and there are so many values.
-    fn unsound(&self, gages: usize, values: usize) -> Option<&'static str> {
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let sound = [
-            ("means", self.means.is_sound(values)),
-            ("own_gages", self.own_gages.len() == gages),
-            ("own_gages", self.own_gages.iter().all(|gage| positive(gage.scatter_m2))),
-            ("gage_threshold", positive(self.gage_threshold)),
-            ("gage_threshold_alone", positive(self.gage_threshold_alone)),
+    /// Everything of it that cannot be right, if the module has so many gages and there are so many values.
+    fn problems(&self, gages: usize, values: usize) -> Vec<String> {
+        let mut problems: Vec<String> = self.means.problem("means", values).into_iter().collect();
+        if self.own_gages.len() != gages {
+            problems.push(format!("`own_gages` are {}; use {gages}", self.own_gages.len()));
+        }
+        let of_gages = self.own_gages.iter().flat_map(|gage| {
+            [
+                figure("scatter_m2", gage.scatter_m2, POSITIVE),
+                figure("largest_swing_m2", gage.largest_swing_m2, NOT_NEGATIVE),
+            ]
+        });
+        let of_all = [
+            figure("gage_threshold", self.gage_threshold, POSITIVE),
+            figure("gage_threshold_alone", self.gage_threshold_alone, POSITIVE),
         ];
-        sound.iter().find(|(_, sound)| !sound).map(|(name, _)| *name)
+        let left_out = self.largest_left_out.map(|z| figure("largest_left_out", z, NOT_NEGATIVE));
+        problems.extend(of_gages.chain(of_all).chain(left_out).flatten());
+        problems
     }
+}
+
+/// The smallest number of a range, and the range in words; every range ends at the largest finite number.
+type Range = (f64, &'static str);
+
+const POSITIVE: Range = (f64::MIN_POSITIVE, "a finite number above 0");
+const NOT_NEGATIVE: Range = (0.0, "0 or a finite number above 0");
+const FINITE: Range = (f64::MIN, "a finite number");
+
+/// What is wrong with a figure of this name.
+fn figure(name: &str, value: f64, (least, words): Range) -> Option<String> {
+    let is_right = value.is_finite() && value >= least;
+    (!is_right).then(|| format!("`{name}` is {value}; use {words}"))
 }
 
 /// The forces of a cylinder that were seen.
@@ -129,8 +150,8 @@ pub enum ReferenceProblem {
     #[error("its components are not those of the module and its peers: commission again")]
     Components,
     /// A length or a figure that cannot be.
-    #[error("`{0}` holds figures that cannot be right: commission again")]
-    Figures(&'static str),
+    #[error("{0}: commission again")]
+    Figures(String),
 }
 
 /// Distinguishes settings that residuals depend on from others.
@@ -195,17 +216,34 @@ impl Reference {
     pub fn figure_problems(&self) -> Vec<ReferenceProblem> {
         let (gages, cylinders) =
             (self.gages_of(&self.module).count(), self.forces_of(&self.module).count());
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let sound = [
-            ("cylinders", self.cylinders.iter().all(|cylinder| cylinder.is_sound(4))),
-            ("cylinders", self.cylinders.len() == cylinders),
-            ("false_alarms_per_hour", positive(self.false_alarms_per_hour)),
-            ("cylinder_threshold", positive(self.cylinder_threshold)),
+        let figures = [
+            figure("hours", self.hours, NOT_NEGATIVE),
+            figure("false_alarms_per_hour", self.false_alarms_per_hour, POSITIVE),
+            figure("cylinder_threshold", self.cylinder_threshold, POSITIVE),
         ];
-        let unsound = sound.iter().filter(|(_, sound)| !sound).map(|(name, _)| *name);
+        let of_forces = self.forces.iter().flat_map(|force| {
+            let ForceRange { least_n, largest_n, .. } = *force;
+            let is_range = least_n <= largest_n || least_n.is_nan() || largest_n.is_nan();
+            let order =
+                format!("`least_n` is {least_n}; use a number up to `largest_n`, {largest_n}");
+            [
+                figure("least_n", least_n, FINITE),
+                figure("largest_n", largest_n, FINITE),
+                (!is_range).then_some(order),
+            ]
+        });
+        let count = (self.cylinders.len() != cylinders)
+            .then(|| format!("`cylinders` are {}; use {cylinders}", self.cylinders.len()));
+        let of_cylinders =
+            self.cylinders.iter().filter_map(|cylinder| cylinder.problem("cylinders", 4));
         let values = self.gages.len() + self.forces.len();
-        let of_means = [&self.short, &self.long].map(|means| means.unsound(gages, values));
-        unsound.chain(of_means.into_iter().flatten()).map(ReferenceProblem::Figures).collect()
+        let of_means =
+            [("short", &self.short), ("long", &self.long)].into_iter().flat_map(|(name, means)| {
+                let problems = means.problems(gages, values).into_iter();
+                problems.map(move |problem| format!("{name}: {problem}"))
+            });
+        let all = figures.into_iter().chain(of_forces).chain([count]).flatten();
+        all.chain(of_cylinders).chain(of_means).map(ReferenceProblem::Figures).collect()
     }
 
     /// The peers that it knows, in the order of its values.

@@ -9,7 +9,7 @@ use vocabulary::{Condition, Obstacle};
 const MISSED: u32 = 2;
 
 /// How a component departs from its reference.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Departed {
     pub(crate) symptom: Symptom,
     pub(crate) of_gage: bool,
@@ -57,7 +57,7 @@ pub(crate) enum WindowFinding {
 }
 
 /// A component over the windows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(super) struct Track {
     pub(super) condition: Condition,
     /// By how much its mean, or its oil content, was off in the latest window that was compared.

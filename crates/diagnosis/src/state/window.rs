@@ -30,7 +30,7 @@ pub(crate) struct MeasuredStep<'a> {
 }
 
 /// A sum of so many values.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Sum {
     sum: f64,
     count: u64,
@@ -54,7 +54,7 @@ impl Sum {
 }
 
 /// Collects windows of one length, step by step. Allocates nothing after it was made.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct MeansCollector {
     length: WindowLength,
     window_steps: u64,

@@ -1,7 +1,7 @@
 //! What was recorded comes out again, and what differs or is missing is said.
 
 use diagnosis::GivenOrderKind;
-use replay::{Replayed, Shortfall};
+use replay::{Collection, ModuleRecord, Replayed, Shortfall};
 use vocabulary::RunId;
 use vocabulary::fault::{Fault, FaultKind};
 
@@ -213,4 +213,68 @@ fn what_is_missing_is_not_verified() {
     });
     let replayed = replay_all(&collect(&live));
     assert!(replayed.iter().all(|one| matches!(one, Err(Shortfall::StartMissing))));
+}
+
+/// What was published from the first state after this step on, and the configurations.
+fn from_state(live: &Live, after: u64) -> Vec<ModuleRecord> {
+    let first = live.published.iter().position(|m| m.is_state() && m.step >= after).unwrap();
+    let mut collection = Collection::default();
+    for (at, message) in live.published.iter().enumerate() {
+        if at >= first || message.topic.ends_with("/configuration") {
+            collection.take(&message.topic, &message.payload);
+        }
+    }
+    collection.finish()
+}
+
+#[test]
+fn a_recording_that_begins_late_is_replayed_from_its_states() {
+    let mut live = Live::new(|_| {});
+    for fault in [None, Some("module1/sensor/g5"), None] {
+        live.run_without(2500, |place, step| place == 0 && step % 1000 == 700);
+        live.tell_states();
+        if let Some(component) = fault {
+            live.inject(component, Fault::Bias { offset_m: 2e-4 });
+            // In the middle of the judgement: peers are being asked.
+            live.run(7);
+            live.tell_states();
+        }
+    }
+    live.order("module1/sensor/g5", GivenOrderKind::Acknowledge);
+    live.run(1500);
+    for (after, least_verdicts) in [(0, 2), (5000, 1), (7000, 1)] {
+        let replayed = replay_all(&from_state(&live, after));
+        assert_eq!(replayed.len(), 2);
+        let mut verdicts = 0;
+        for replayed in replayed {
+            let replayed = replayed.unwrap();
+            let comparison = &replayed.comparison;
+            assert_eq!((&comparison.difference, &replayed.shortfall), (&None, &None));
+            assert_eq!((comparison.verdicts_unverified, comparison.divergences_unverified), (0, 0));
+            assert!(comparison.divergences >= 14, "{comparison:?}");
+            verdicts += comparison.verdicts;
+        }
+        assert!(verdicts >= least_verdicts, "{verdicts} after {after}");
+    }
+}
+
+#[test]
+fn after_lost_samples_a_recording_is_replayed_from_the_next_state_on() {
+    let mut live = Live::new(|_| {});
+    live.run(3000);
+    live.tell_states();
+    live.run(1000);
+    let mut collection = Collection::default();
+    for message in &live.published {
+        if !(message.topic.ends_with("/sample") && message.step == 1000) {
+            collection.take(&message.topic, &message.payload);
+        }
+    }
+    let replayed = replay_all(&collection.finish());
+    let ends: Vec<_> = replayed
+        .iter()
+        .map(|one| one.as_ref().unwrap())
+        .map(|one| (one.samples, one.shortfall.is_some(), one.comparison.difference.is_some()))
+        .collect();
+    assert_eq!(ends, [(1000, true, false), (1000, false, false)].repeat(2));
 }

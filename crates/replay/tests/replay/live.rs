@@ -5,12 +5,14 @@ use std::path::Path;
 
 use daemon::config::{DiagnoserConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::identification::identify;
-use diagnosis::messages::{Speaker, to_taken};
+use diagnosis::messages::{Speaker, from_diagnoser, setup_fingerprint, to_taken};
 use diagnosis::{
     Action, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch, QuestionToken,
     StateQuestion,
 };
-use vocabulary::{Message, RunId, Step, StructureName, Taken, Topic, encode, fault::Fault};
+use vocabulary::{
+    Message, RunId, StatePart, Step, StructureName, Taken, Topic, encode, fault::Fault,
+};
 
 /// A message as it is recorded.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,6 +21,14 @@ pub struct Published {
     pub payload: Vec<u8>,
     pub time_unix_ns: u64,
     pub step: u64,
+}
+
+impl Published {
+    /// A part of a diagnoser's state.
+    pub fn is_state(&self) -> bool {
+        self.topic.ends_with("/input")
+            && self.payload.windows(15).any(|w| w == br#""input":"state""#)
+    }
 }
 
 struct Node {
@@ -120,6 +130,29 @@ impl Live {
         self.publish(place, Topic::Configuration, &configuration, 0);
         let configuration = configuration.fingerprint;
         self.input(place, 0, Taken::Started { software, configuration, remembered });
+    }
+
+    /// What a recorder asks for at the head of each file.
+    pub fn tell_states(&mut self) {
+        for place in 0..self.nodes.len() {
+            let node = &self.nodes[place];
+            let about = StatePart {
+                software: env!("CARGO_PKG_VERSION").to_owned(),
+                configuration: setup_fingerprint(&node.setup).unwrap(),
+                ..StatePart::default()
+            };
+            let number = node.number;
+            let diagnoser = &node.diagnoser;
+            let position = diagnoser.run().zip(diagnoser.last_step());
+            let samples = diagnoser.counters().samples;
+            let now = self.clock;
+            for part in from_diagnoser(diagnoser, &about) {
+                // A state is no input: it has the number of the latest one; all parts have one time.
+                self.nodes[place].number = number - 1;
+                self.clock = now;
+                self.input_at(place, (samples, position), Taken::State(Box::new(part)));
+            }
+        }
     }
 
     pub fn inject(&mut self, component: &str, fault: Fault) {

@@ -15,7 +15,7 @@ mod present;
 mod provenance;
 
 pub(crate) use orders::OrderInquiry;
-pub(crate) use provenance::ProvenanceAnswers;
+pub(crate) use provenance::{ProvenanceAnswers, Snapshot};
 
 use present::PresentReplies;
 
@@ -53,6 +53,8 @@ pub(crate) struct StateInquiry {
 pub(crate) struct InquiryQueues {
     pub(crate) state: mpsc::Receiver<StateInquiry>,
     pub(crate) orders: mpsc::Receiver<OrderInquiry>,
+    /// Where its whole state is to go.
+    pub(crate) snapshots: mpsc::Receiver<SyncSender<Snapshot>>,
 }
 
 /// The queryables; questions come in as long as they live.
@@ -77,10 +79,12 @@ impl Queryables {
         let (present, ended) = declaring.await?;
         queryables.extend(present);
         queryables.push(history::declare(session, speaker, (directory, crew), counters).await?);
-        let declaring = provenance::declare(session, speaker, (provenance, crew), counters);
+        let (snapshots_in, snapshots) = mpsc::channel(1);
+        let provenance = (provenance, snapshots_in, crew);
+        let declaring = provenance::declare(session, speaker, provenance, counters);
         queryables.extend(declaring.await?);
         queryables.extend(orders::declare(session, speaker, &orders_in, outbox, counters).await?);
-        Ok((Self(queryables), InquiryQueues { state, orders }, ended))
+        Ok((Self(queryables), InquiryQueues { state, orders, snapshots }, ended))
     }
 
     /// No more questions.

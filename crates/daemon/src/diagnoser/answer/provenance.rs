@@ -1,23 +1,39 @@
-//! Answers requests of recorders for the provenance of verdicts, i.e. the diagnoser's inputs and its configuration, on
-//! a separate thread, because thousands of inputs may be requested at once.
+//! Answers requests of recorders for the provenance of verdicts, i.e. the diagnoser's inputs, its state and its
+//! configuration, on a separate thread, because thousands of inputs may be requested at once and a state is megabytes.
 
 use std::sync::Arc;
 use std::sync::mpsc::{SyncSender, sync_channel};
+use std::time::Duration;
 
 use shell::clock;
 use shell::supervision::Crew;
-use vocabulary::{InputQuestion, ModuleConfiguration, QuestionError, Topic};
+use tokio::sync::mpsc;
+use vocabulary::{
+    Input, InputQuestion, ModuleConfiguration, QuestionError, StatePart, Taken, Topic,
+};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::{SharedInquiryCounters, hand_over};
 use crate::diagnoser::publish::InputCache;
-use crate::messages::put;
-use diagnosis::messages::Speaker;
+use crate::messages::{put, refuse};
+use diagnosis::Diagnoser;
+use diagnosis::messages::{Speaker, from_diagnoser};
 
 /// Questions that may wait.
 const MAX_WAITING: usize = 16;
+
+/// The loop gives a state between two events.
+const SNAPSHOT_WITHIN: Duration = Duration::from_millis(500);
+
+/// The whole state of the diagnoser, and where in the stream of its inputs that is.
+#[derive(Debug)]
+pub(crate) struct Snapshot {
+    pub(crate) head: Input,
+    pub(crate) state: StatePart,
+    pub(crate) diagnoser: Diagnoser,
+}
 
 /// What is given.
 #[derive(Debug)]
@@ -32,18 +48,22 @@ pub(crate) struct ProvenanceAnswers {
 #[derive(Debug, Clone, Copy)]
 enum ProvenanceQuestion {
     Inputs(InputQuestion),
+    State,
     Configuration,
 }
 
 pub(super) async fn declare(
     session: &Session,
     speaker: &Speaker,
-    (provenance, crew): (ProvenanceAnswers, &Crew),
+    (provenance, snapshots, crew): (ProvenanceAnswers, mpsc::Sender<SyncSender<Snapshot>>, &Crew),
     counters: &SharedInquiryCounters,
 ) -> zenoh::Result<[Queryable<()>; 2]> {
-    let inputs = |text: &str| InputQuestion::from_parameters(text).map(ProvenanceQuestion::Inputs);
+    let inputs = |text: &str| match text {
+        InputQuestion::STATE => Ok(ProvenanceQuestion::State),
+        _ => InputQuestion::from_parameters(text).map(ProvenanceQuestion::Inputs),
+    };
     let configuration = |_: &str| Ok(ProvenanceQuestion::Configuration);
-    let queue = provenance.giver(speaker, Arc::clone(counters), crew)?;
+    let queue = provenance.giver(speaker, snapshots, Arc::clone(counters), crew)?;
     Ok([
         queryable(session, speaker.key(Topic::Input), inputs, &queue, counters).await?,
         queryable(session, speaker.key(Topic::Configuration), configuration, &queue, counters)
@@ -74,6 +94,7 @@ impl ProvenanceAnswers {
     fn giver(
         self,
         speaker: &Speaker,
+        snapshots: mpsc::Sender<SyncSender<Snapshot>>,
         counters: SharedInquiryCounters,
         crew: &Crew,
     ) -> std::io::Result<SyncSender<(ProvenanceQuestion, Query)>> {
@@ -88,6 +109,7 @@ impl ProvenanceAnswers {
                     ProvenanceQuestion::Inputs(question) => {
                         self.give_inputs(question, &query, &keys[0])
                     }
+                    ProvenanceQuestion::State => give_state(&snapshots, &query, &keys[0]),
                     ProvenanceQuestion::Configuration => self.give_configuration(&query, &keys[1]),
                 }
                 lane.rest();
@@ -110,5 +132,18 @@ impl ProvenanceAnswers {
         let time_unix_ns = clock::unix_ns();
         let message = ModuleConfiguration { time_unix_ns, ..self.configuration.clone() };
         put(&message, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
+    }
+}
+
+/// Of the state only the copy is made in the loop.
+fn give_state(snapshots: &mpsc::Sender<SyncSender<Snapshot>>, query: &Query, key: &str) {
+    let (reply, given) = sync_channel(1);
+    let asked = snapshots.try_send(reply).is_ok();
+    let Some(snapshot) = asked.then(|| given.recv_timeout(SNAPSHOT_WITHIN).ok()).flatten() else {
+        return refuse(query, format!("no state within {} ms", SNAPSHOT_WITHIN.as_millis()));
+    };
+    for part in from_diagnoser(&snapshot.diagnoser, &snapshot.state) {
+        let part = Input { taken: Taken::State(Box::new(part)), ..snapshot.head.clone() };
+        put(&part, |bytes| query.reply(key, bytes).encoding(Encoding::APPLICATION_JSON).wait());
     }
 }

@@ -25,7 +25,7 @@ pub(crate) struct ActionExecutor {
     pub(crate) outbox: ModuleOutbox,
     pub(crate) identifier: Identifier,
     store: ModuleStore,
-    numbering: InputNumbering,
+    pub(crate) numbering: InputNumbering,
     pub(crate) freeze_frames: FreezeFrames,
     pub(crate) peers: PeerQueries,
     pub(crate) pending: PendingReplies<Query>,

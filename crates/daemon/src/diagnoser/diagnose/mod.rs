@@ -13,6 +13,7 @@ mod status;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
 use diagnosis::messages::Speaker;
@@ -35,7 +36,7 @@ use vocabulary::{
 pub(crate) use actions::ActionExecutor;
 pub(crate) use status::conditions;
 
-use super::answer::{InquiryQueues, OrderInquiry, StateInquiry};
+use super::answer::{InquiryQueues, OrderInquiry, Snapshot, StateInquiry};
 use super::duplicates::DuplicateWatch;
 use super::health::LatestReport;
 use super::identify::IdentificationReport;
@@ -156,6 +157,7 @@ impl DiagnosisLoop {
                 () = shutdown.requested() => break,
                 Some(inquiry) = queues.inquiries.state.recv() => self.inquire(inquiry),
                 Some(inquiry) = queues.inquiries.orders.recv() => self.order(inquiry),
+                Some(reply) = queues.inquiries.snapshots.recv() => self.give_snapshot(&reply),
                 Some(event) = queues.answers.recv() => self.take_answer(event),
                 Some(recovered) = queues.recovered.recv() => self.take_recovered(recovered),
                 Some(arrival) = queues.samples.recv(), if pause.is_none() => {
@@ -285,6 +287,14 @@ impl DiagnosisLoop {
         }
         let token = self.executor.pending.put_question(query, std::time::Instant::now());
         self.handle(Event::Asked { token, question });
+    }
+
+    /// Here between two events, so that state and number of inputs fit.
+    fn give_snapshot(&mut self, reply: &SyncSender<Snapshot>) {
+        let (head, mut state) = self.executor.numbering.state(&self.diagnoser, clock::unix_ns());
+        state.sample_time_unix_ns = self.latest_sample_unix_ns;
+        // Fails only when it is no longer waited for.
+        let _ = reply.try_send(Snapshot { head, state, diagnoser: self.diagnoser.clone() });
     }
 
     fn order(&mut self, inquiry: OrderInquiry) {

@@ -216,6 +216,7 @@ fn kinds(inputs: &[Input]) -> Vec<&'static str> {
         Taken::Unanswered { .. } => "unanswered",
         Taken::Returned { .. } => "returned",
         Taken::Ordered { .. } => "ordered",
+        Taken::State(_) => "state",
     };
     let mut kinds: Vec<_> = inputs.iter().map(kind).collect();
     kinds.dedup();
