@@ -391,6 +391,11 @@ impl StoredComponent {
         let latest = self.fault.latest().filter(|_| state.state().is_fault());
         state.identification = latest.map(carried);
         if let Some(unknown) = unknown {
+            // That it agreed says nothing of the present.
+            state.condition = match &self.condition {
+                Some(Condition::Agrees { .. }) => Some(Condition::NotCompared),
+                known => known.clone(),
+            };
             return state.while_unknown(unknown.clone());
         }
         let Some(condition) = &self.condition else { return state };
