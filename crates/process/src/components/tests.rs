@@ -86,9 +86,15 @@ fn an_agreement_does_not_hold_while_the_module_does_not_monitor() {
     };
     let not_compared = Some(Condition::NotCompared);
     let not_verified = Some(Condition::NotVerified);
-    assert_eq!(conditions(&store), [not_compared.clone(), not_verified.clone(), not_compared]);
+    assert_eq!(
+        conditions(&store),
+        [not_compared.clone(), not_verified.clone(), not_compared.clone()]
+    );
     store.monitored(ModulePhase::InService, String::new(), NOW);
-    assert_eq!(conditions(&store), [Some(agrees.clone()), not_verified, Some(agrees)]);
+    assert_eq!(conditions(&store), [Some(agrees.clone()), not_verified.clone(), Some(agrees)]);
+    store.monitored(ModulePhase::Stale, String::new(), NOW);
+    store.monitored(ModulePhase::InService, String::new(), NOW);
+    assert_eq!(conditions(&store), [not_compared.clone(), not_verified, not_compared]);
 }
 
 #[test]
