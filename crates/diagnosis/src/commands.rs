@@ -106,7 +106,15 @@ impl Diagnoser {
     fn start_anew(&mut self, channel: usize) -> Verdict {
         self.judging.isolator.drop_cases(channel);
         self.channels.forgive(channel);
-        self.comparing.forgive(channel);
+        let agrees = match self.comparing.condition(channel) {
+            Condition::Agrees { from, .. } => {
+                self.is_after_detection(*from, &self.channels.components()[channel])
+            }
+            _ => false,
+        };
+        if !agrees {
+            self.comparing.forgive(channel);
+        }
         if self.interval_to_pass(channel) != Some(0) {
             // The Gaussian still holds what the fault did to it.
             self.channels.restart(channel);

@@ -5,7 +5,7 @@
 //! | root | – | faulty since its onset; its condition tells whether it has returned |
 //! | explained | no | explained while the change goes on, then closed |
 //! | explained | yes | a fault of its own |
-//! | none | yes | faulty, since its last agreement at the earliest; or before service |
+//! | none | yes | faulty; it says when it last agreed, or that it was so before service |
 
 use vocabulary::{ComponentPath, ModuleName, Step};
 
@@ -161,7 +161,11 @@ impl Comparing {
         judging: &mut Judging,
         handling: &mut Handling<'_>,
     ) {
-        let changed = handling.channels.monitor(channel).changed_until();
+        // After a restart, samples from before the change may be compared again.
+        let latest = judging.ledger.latest(&handling.channels.components()[channel]);
+        let detected =
+            latest.filter(|latest| latest.is_of(handling.run)).map(|latest| latest.detection);
+        let changed = handling.channels.monitor(channel).changed_until().max(detected);
         let over = changed.is_none_or(|changed| changed.plus(self.long_steps) <= until);
         match judging.ledger.verdict(channel) {
             Verdict::Explained { .. } if over => judging.close_explained(channel, until, handling),

@@ -161,7 +161,7 @@ impl Diagnoser {
         handling.actions.extend(phase);
         judging.judge(&mut handling);
         comparing.compare(judging, &mut handling);
-        identifying.follow(&judging.ledger, &mut handling);
+        identifying.follow(&judging.ledger, comparing, &mut handling);
         self.freezing.note(&actions[before..]);
         self.freezing.follow(now, &self.channels, actions);
         self.answer_due(now, actions);

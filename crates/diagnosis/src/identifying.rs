@@ -5,6 +5,7 @@ use std::sync::Arc;
 use vocabulary::{RunId, Step};
 
 use crate::channels::{ChannelLayout, Channels};
+use crate::comparing::Comparing;
 use crate::event::{Action, Handling};
 use crate::identification::{
     CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
@@ -15,7 +16,7 @@ use crate::residual::NominalHydraulics;
 use crate::settings::{ModuleSetup, Sampling, always_shared, shared};
 use crate::state::{Gaussian, Reference};
 use crate::verdict::Transition;
-use vocabulary::Symptom;
+use vocabulary::{Condition, Symptom};
 
 /// After the onset \[s\]; then every second.
 const STAGES_S: [f64; 4] = [0.02, 0.05, 0.2, 1.0];
@@ -120,8 +121,13 @@ impl Identifying {
     }
 
     /// Starts tracking components that became faulty, stops tracking those that are not faulty any more, and requests
-    /// the identifications that are due.
-    pub(crate) fn follow(&mut self, ledger: &Ledger, handling: &mut Handling<'_>) {
+    /// the identifications that are due, unless the fault has gone.
+    pub(crate) fn follow(
+        &mut self,
+        ledger: &Ledger,
+        comparing: &Comparing,
+        handling: &mut Handling<'_>,
+    ) {
         let Handling { run, now, channels, .. } = *handling;
         for channel in 0..self.faulty.len() {
             if !ledger.verdict(channel).is_latched() {
@@ -133,9 +139,13 @@ impl Identifying {
             }
             let due = self.faulty[channel].as_ref().and_then(|fault| fault.due);
             if let Some(due) = due.filter(|due| *due <= now) {
-                let excerpt = self.excerpt(channel, run, due, channels, ledger);
+                let until = self.shown_until(channel, due, comparing.condition(channel));
+                // The steps around the onset are kept in any case.
+                let ends = (due, until.unwrap_or(due));
+                let excerpt = self.excerpt(channel, run, ends, channels, ledger);
+                let excerpt = excerpt.filter(|_| until.is_some());
                 handling.actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
-                self.postpone(channel, due);
+                self.postpone(channel, due, until);
             }
         }
     }
@@ -168,16 +178,36 @@ impl Identifying {
         });
     }
 
-    fn postpone(&mut self, channel: usize, due: Step) {
+    /// Until when what is measured shows the fault: not of one that has gone since, and of the windows in which it
+    /// departs all but the latest, in which it may have gone. `None` if nothing more is to be learnt at present.
+    fn shown_until(&self, channel: usize, due: Step, condition: &Condition) -> Option<Step> {
+        let fault = self.faulty[channel].as_ref()?;
+        let second = self.sampling.steps(1.0);
+        let stages_end = begun(fault.seen).plus(second);
+        match *condition {
+            Condition::Agrees { from, .. } if from > fault.seen.detection() => None,
+            Condition::Departed { as_of }
+            | Condition::Doubtful { as_of }
+            | Condition::OneOf { as_of, .. }
+                if due > stages_end =>
+            {
+                Some(due.min(stages_end.max(as_of.minus(second))))
+            }
+            _ => Some(due),
+        }
+    }
+
+    fn postpone(&mut self, channel: usize, due: Step, until: Option<Step>) {
         let second = self.sampling.steps(1.0);
         let soon = self.sampling.steps(EVERY_SECOND_FOR_S);
         let stages = STAGES_S.map(|stage| self.sampling.steps(stage));
         let is_cylinder = self.layout.gage(channel).is_none();
+        let Some(seen) = self.faulty[channel].as_ref().map(|fault| fault.seen) else { return };
+        let has_all = until.is_some_and(|until| self.is_complete(seen, until));
         let Some(fault) = &mut self.faulty[channel] else { return };
         // Of a cylinder only the steps around the onset count.
-        let is_over = !fault.has_signal || is_cylinder && fault.steps.is_some();
-        let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
-            fault.seen;
+        let is_over = !fault.has_signal || is_cylinder && has_all;
+        let begun = begun(fault.seen);
         let age = due.since(begun);
         let next = match fault.seen {
             FaultOnset::Change { .. } => stages.into_iter().find(|stage| *stage > age),
@@ -195,22 +225,22 @@ impl Identifying {
         &mut self,
         channel: usize,
         run: RunId,
-        as_of: Step,
+        (as_of, until): (Step, Step),
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<Excerpt> {
         let has_signal = self.faulty[channel].as_ref()?.has_signal;
         let measured = match self.layout.gage(channel) {
             _ if !has_signal => MeasuredSeries::Nothing,
-            None => self.cylinder(channel, as_of, channels)?,
-            Some(gage) => self.gage(channel, gage, as_of, channels, ledger)?,
+            None => self.cylinder(channel, (as_of, until), channels)?,
+            Some(gage) => self.gage((channel, gage), (as_of, until), channels, ledger)?,
         };
         let fault = self.faulty[channel].as_ref()?;
         Some(Excerpt {
             run,
             sequence: fault.sequence,
             component: channels.components()[channel].clone(),
-            as_of,
+            as_of: until,
             step_s: self.step_s,
             seen: fault.seen,
             measured,
@@ -232,15 +262,13 @@ impl Identifying {
     }
 
     fn is_complete(&self, seen: FaultOnset, as_of: Step) -> bool {
-        let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
-            seen;
-        begun.plus(self.sampling.steps(AFTER_S)) <= as_of
+        begun(seen).plus(self.sampling.steps(AFTER_S)) <= as_of
     }
 
     fn cylinder(
         &mut self,
         channel: usize,
-        as_of: Step,
+        (as_of, shown_until): (Step, Step),
         channels: &Channels,
     ) -> Option<MeasuredSeries> {
         let hydraulics = self.hydraulics?;
@@ -265,15 +293,15 @@ impl Identifying {
             let kept = Kept::Cylinder(Arc::clone(&steps));
             self.faulty[channel].as_mut()?.steps = Some(kept);
         }
+        let steps = steps.iter().filter(|step| step.step <= shown_until).copied().collect();
         let null_flow = Prior::about_zero(NULL_FLOW * hydraulics.valve_flow_m3_per_s);
         Some(MeasuredSeries::Cylinder(CylinderSeries { steps, hydraulics, null_flow }))
     }
 
     fn gage(
         &mut self,
-        channel: usize,
-        gage: usize,
-        as_of: Step,
+        (channel, gage): (usize, usize),
+        (as_of, shown_until): (Step, Step),
         channels: &Channels,
         ledger: &Ledger,
     ) -> Option<MeasuredSeries> {
@@ -309,12 +337,13 @@ impl Identifying {
             off_m: predictor.off_m(&row),
             reading_m: row.readings_m()[gage],
         };
-        let seconds = channels.recent().seconds(until.min(as_of)).map(second);
+        let seconds = channels.recent().seconds(until.min(shown_until)).map(second);
         let seconds = seconds.filter(|mean| mean.off_m.is_finite()).collect();
         if self.is_complete(seen, as_of) {
             let kept = Kept::Gage(Arc::clone(&steps));
             self.faulty[channel].as_mut()?.steps = Some(kept);
         }
+        let steps = steps.iter().filter(|step| step.step <= shown_until).copied().collect();
         let (level_m, noise_m) = (predictor.level_m, self.noise_m[channel]);
         Some(MeasuredSeries::Gage(GageSeries { steps, seconds, level_m, noise_m }))
     }
@@ -417,6 +446,13 @@ impl Predictor {
             .map(|(value, (weight, mean))| weight * (value - mean))
             .sum()
     }
+}
+
+/// From where stages are counted.
+fn begun(seen: FaultOnset) -> Step {
+    let (FaultOnset::Change { onset: begun, .. } | FaultOnset::Departure { detection: begun }) =
+        seen;
+    begun
 }
 
 fn seen(latest: &Transition) -> FaultOnset {

@@ -182,8 +182,13 @@ impl Ledger {
         self.entries.iter().filter_map(alarm).collect()
     }
 
-    /// Returns a component to normal, unless it is faulty.
+    /// Returns a component to normal, unless it is faulty, or this is a step before its change: after a restart, samples
+    /// from before may be judged again.
     pub(crate) fn clear(&mut self, channel: usize, decided: Step) -> Option<Transition> {
+        let latest = self.entries[channel].latest.as_ref()?;
+        if !latest.run_ended && decided < latest.detection {
+            return None;
+        }
         self.revise(channel, Verdict::Normal, decided)
     }
 

@@ -237,8 +237,19 @@ impl ComponentStore {
         self.own().filter_map(lost).collect()
     }
 
-    /// Records the present phase and its reason. A phase that persists keeps the time at which it was entered.
+    /// Records the present phase and its reason. A phase that persists keeps the time at which it was entered. What agreed
+    /// before the module left service has to be compared again.
     pub fn monitored(&mut self, phase: ModulePhase, reason: String, now_unix_ns: u64) {
+        if phase != ModulePhase::InService && self.unmonitored.is_none() {
+            let agreeing = self
+                .entries
+                .iter_mut()
+                .filter(|entry| matches!(entry.condition, Some(Condition::Agrees { .. })));
+            for entry in agreeing {
+                entry.condition = Some(Condition::NotCompared);
+                entry.hidden_since_ns = Some(now_unix_ns);
+            }
+        }
         let since = self.unmonitored.as_ref().map_or(now_unix_ns, |known| known.since_unix_ns);
         let unknown = Unknown { since_unix_ns: since, reason };
         self.unmonitored = (phase != ModulePhase::InService).then_some(unknown);
@@ -391,6 +402,11 @@ impl StoredComponent {
         let latest = self.fault.latest().filter(|_| state.state().is_fault());
         state.identification = latest.map(carried);
         if let Some(unknown) = unknown {
+            // That it agreed says nothing of the present.
+            state.condition = match &self.condition {
+                Some(Condition::Agrees { .. }) => Some(Condition::NotCompared),
+                known => known.clone(),
+            };
             return state.while_unknown(unknown.clone());
         }
         let Some(condition) = &self.condition else { return state };

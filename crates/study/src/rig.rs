@@ -1,15 +1,16 @@
 //! A plant and its diagnosers in one process.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, Measurements, Memory, ModuleSetup, PastWatch,
-    QuestionToken, SetupError, StateQuestion, Transition, Verdict,
+    Action, ActuatorFault, Change, Diagnoser, Event, GivenOrder, Measurements, Memory, ModuleSetup,
+    OrderRefusal, OrderToken, PastWatch, PeerFailure, QuestionToken, SetupError, StateQuestion,
+    Transition, Verdict,
 };
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
-use vocabulary::{ComponentPath, ModuleName, RunId, Step, fault::Fault};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
 /// A fault in a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -154,6 +155,8 @@ pub struct Rig {
     actions: Vec<Action>,
     /// Every question put so far, by token: asker, peer and question.
     asked: Vec<(usize, ModuleName, StateQuestion)>,
+    /// Those that are not answered yet, and who is to answer.
+    unanswered: BTreeMap<u64, usize>,
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
@@ -186,6 +189,7 @@ impl Rig {
             occurrences: Vec::new(),
             actions: Vec::new(),
             asked: Vec::new(),
+            unanswered: BTreeMap::new(),
             stores,
             kept: VecDeque::new(),
             keep: 0,
@@ -280,7 +284,8 @@ impl Rig {
         self.keep = count;
     }
 
-    /// Restarts a diagnoser, given by its index, with its stored state and the samples that are still stored.
+    /// Restarts a diagnoser, given by its index, with its stored state and the samples that are still stored. What it was
+    /// asked meanwhile stays unanswered; its peers ask again.
     ///
     /// # Errors
     /// Its setup is invalid.
@@ -288,13 +293,46 @@ impl Rig {
         let mut successor = diagnoser(self.setups[place].clone())?;
         successor.recall(self.stores[place].memory(&self.diagnosers[place]));
         self.diagnosers[place] = successor;
+        let of_it = self.unanswered.extract_if(.., |_, target| *target == place);
+        for token in of_it.map(|(token, _)| token).collect::<Vec<_>>() {
+            let Some((asker, peer, question)) = self.asked.get(token as usize).cloned() else {
+                continue;
+            };
+            self.pass(asker, Event::Unanswered { peer, question, failure: PeerFailure::Absent });
+        }
         for index in 0..self.kept.len() {
             self.diagnosers[place].take_sample(&self.kept[index][place], &mut self.actions);
             if !self.actions.is_empty() {
                 self.carry_out(place);
             }
         }
+        let peer = self.setups[place].module.clone();
+        for other in (0..self.diagnosers.len()).filter(|other| *other != place) {
+            self.pass(other, Event::Returned { peer: peer.clone() });
+        }
         Ok(())
+    }
+
+    fn pass(&mut self, place: usize, event: Event) {
+        self.diagnosers[place].handle(event, &mut self.actions);
+        self.carry_out(place);
+    }
+
+    /// Issues an operator's command to a diagnoser, given by its index. Returns why it was refused, if so.
+    pub fn order(
+        &mut self,
+        place: usize,
+        component: Component,
+        order: GivenOrder,
+    ) -> Option<OrderRefusal> {
+        let event = Event::Ordered { token: OrderToken(0), component, order };
+        self.diagnosers.get_mut(place)?.handle(event, &mut self.actions);
+        let refusal = self.actions.iter().find_map(|action| match action {
+            Action::OrderRefused { refusal, .. } => Some(refusal.clone()),
+            _ => None,
+        });
+        self.carry_out(place);
+        refusal
     }
 
     /// Carries out the actions of one diagnoser and their consequences.
@@ -336,10 +374,12 @@ impl Rig {
             Action::Ask { peer, question } => {
                 let target = self.diagnosers.iter().position(|d| *d.module() == peer)?;
                 let token = QuestionToken(self.asked.len() as u64);
+                self.unanswered.insert(token.0, target);
                 self.asked.push((actor, peer, question));
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
+                self.unanswered.remove(&token.0);
                 let asker = self.asked.get(usize::try_from(token.0).ok()?)?.0;
                 if answer.question.window.is_none() {
                     self.occurrences.push(RigEvent::Question {
@@ -353,6 +393,7 @@ impl Rig {
                 Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
+                self.unanswered.remove(&token.0);
                 let (asker, peer, question) =
                     self.asked.get(usize::try_from(token.0).ok()?)?.clone();
                 let failure = diagnosis::PeerFailure::Refused(refusal.to_string());

@@ -21,7 +21,7 @@ fn campaign() -> ConditionCampaign {
 }
 
 /// The first plant of that, which most of these tests look at.
-static PLANT: LazyLock<CommissionedPlant> = LazyLock::new(|| commissioned(&campaign().system));
+pub static PLANT: LazyLock<CommissionedPlant> = LazyLock::new(|| commissioned(&campaign().system));
 
 fn commissioned(system: &System) -> CommissionedPlant {
     system.commission(0, 2, &|| {}).unwrap()

@@ -42,13 +42,21 @@ static PLANT: LazyLock<(PlantSite, Vec<ModuleSetup>)> = LazyLock::new(|| {
 
 /// The latest word on a fault, and every one before it.
 fn identified(component: &str, fault: Fault, seed: u64) -> Vec<IdentificationResult> {
+    identified_until((component, fault, None), END, seed)
+}
+
+/// The same of a fault that is repaired at a step.
+fn identified_until(
+    (component, fault, until): (&str, Fault, Option<Step>),
+    end: u64,
+    seed: u64,
+) -> Vec<IdentificationResult> {
     let (site, setups) = &*PLANT;
-    let injection =
-        TimedFault { at: ONSET, until: None, component: component.parse().unwrap(), fault };
+    let injection = TimedFault { at: ONSET, until, component: component.parse().unwrap(), fault };
     let mut rig =
         Rig::new(site.plant(seed).unwrap(), setups.clone(), vec![injection], RunId(seed)).unwrap();
     rig.identify();
-    rig.run(END).unwrap();
+    rig.run(end).unwrap();
     let found = rig.take_occurrences().into_iter().filter_map(|occurrence| match occurrence {
         RigEvent::Identified { module, identification } => {
             let path = ComponentPath { module, component: identification.component.clone() };
@@ -75,6 +83,22 @@ fn assert_identified(component: &str, fault: Fault, size: Option<f64>, seed: u64
         let found = latest.size.unwrap();
         assert!((found.value / size - 1.0).abs() < 0.125, "{fault}: {latest:?}");
         assert!(found.low < found.value && found.value < found.high);
+    }
+}
+
+/// From the seconds after it, a repaired drift looked like a random walk, and a repaired bias like a bad contact.
+#[test]
+fn the_kind_of_a_fault_that_was_repaired_stays() {
+    for (fault, lasting) in [
+        (Fault::Drift { drift_m_per_s: 90e-6 }, 4300),
+        (Fault::Drift { drift_m_per_s: -60e-6 }, 6780),
+        (Fault::Bias { offset_m: 150e-6 }, 3150),
+    ] {
+        let repaired = ONSET.plus(lasting);
+        let all = identified_until((GAGE, fault, Some(repaired)), repaired.0 + 12_000, 21);
+        let latest = all.last().and_then(IdentificationResult::decided).unwrap();
+        assert_eq!(latest.kind, fault.kind(), "{fault}: {latest:?}");
+        assert!(all.iter().all(|found| found.as_of <= repaired), "{fault}: {all:?}");
     }
 }
 

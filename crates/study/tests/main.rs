@@ -17,6 +17,7 @@ mod identification;
 mod limits;
 mod more_modules;
 mod pareto_reference;
+mod read_model;
 mod report;
 mod rig;
 mod sampling_rates;

@@ -94,7 +94,7 @@ pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
 }
 
 /// The probabilities of kinds by Bayes' rule, the most probable first, and what was measured beside what that one makes of
-/// it.
+/// it. A kind whose size may be that of a healthy component is none that was identified: its share goes to no other.
 fn weigh<Series>(
     series: &Series,
     hypotheses: &[Hypothesis<Series>],
@@ -108,16 +108,23 @@ fn weigh<Series>(
     let mut weighed: Vec<_> = hypotheses.iter().map(weigh).collect();
     weighed.retain(|(.., log)| !log.is_nan());
     weighed.sort_by(|(.., a), (.., b)| b.total_cmp(a));
-    let Some(&(hypothesis, best, _, largest)) = weighed.first().filter(|(.., log)| log.is_finite())
-    else {
+    let Some(&(.., largest)) = weighed.first().filter(|(.., log)| log.is_finite()) else {
         return (Vec::new(), Vec::new());
     };
     let all: f64 = weighed.iter().map(|(.., log)| (log - largest).exp()).sum();
+    weighed.retain(|(hypothesis, _, size, _)| !may_be_healthy(hypothesis.kind, size.as_ref()));
+    let best = weighed.first().map(|(hypothesis, best, ..)| (hypothesis, best));
     let candidates = weighed.iter().map(|(hypothesis, _, size, log)| {
         let probability = (log - largest).exp() / all;
         Candidate { kind: hypothesis.kind, probability, size: *size }
     });
     let mentioned = candidates.filter(|candidate| candidate.probability >= MENTIONED).collect();
-    let shown = best.map(|best| (hypothesis.show)(series, &best));
+    let shown = best.and_then(|(hypothesis, best)| Some((hypothesis.show)(series, best.as_ref()?)));
     (mentioned, shown.unwrap_or_default())
+}
+
+/// Whether the interval of a size holds that of a component without a fault.
+fn may_be_healthy(kind: FaultKind, size: Option<&FaultSize>) -> bool {
+    let healthy = if kind == FaultKind::Gain { 1.0 } else { 0.0 };
+    size.is_some_and(|size| (size.low..=size.high).contains(&healthy))
 }

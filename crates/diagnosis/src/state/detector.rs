@@ -57,6 +57,8 @@ pub(crate) enum Reaction {
 struct Pending {
     window: WindowMeans,
     known: Vec<bool>,
+    /// Whether nothing changed during it.
+    calm: bool,
     /// Were the peers asked about it?
     asked: bool,
     awaited: Vec<ModuleName>,
@@ -131,12 +133,10 @@ impl StateDetector {
         *agreed = (*agreed).max(Some(until));
     }
 
-    /// A component was reset by an operator: what was found of it counts no more, but that it agrees, and when it last did.
+    /// A component was reset by an operator: what was found of it counts no more, but when it last agreed.
     pub(crate) fn forgive(&mut self, channel: usize) {
         let track = &mut self.tracks[channel];
-        if !matches!(track.condition, Condition::Agrees { .. }) {
-            *track = Track { agreed: track.agreed, ..Track::new(track.held) };
-        }
+        *track = Track { agreed: track.agreed, ..Track::new(track.held) };
     }
 
     /// The condition of a channel as of the latest comparison.
@@ -155,11 +155,13 @@ impl StateDetector {
         &mut self,
         window: &WindowMeans,
         known: Vec<bool>,
+        calm: bool,
     ) -> (Option<Conclusion>, Reaction) {
         let late = self.pending.take().map(|pending| self.conclude(pending));
         let alone = Pending {
             window: window.clone(),
             known,
+            calm,
             asked: false,
             awaited: self.peers.clone(),
             answers: Vec::new(),
@@ -229,13 +231,16 @@ impl StateDetector {
     }
 
     /// Are the peers to be asked about a window? If what the module measures by itself comes near a threshold, if a gage has
-    /// begun to depart, or if they have not been asked for a while.
+    /// begun to depart, if one that is known to be faulty has returned, or if they have not been asked for a while.
     fn is_to_ask(&self, alone: &Pending) -> bool {
         if self.swings(&alone.window) {
             return false;
         }
         let gages = self.tracks.iter().zip(&alone.known).skip(self.actuators);
-        let departing = |(track, known): (&Track, &bool)| track.departing > 0 && !known;
+        let departing = |(track, known): (&Track, &bool)| match known {
+            true => matches!(track.condition, Condition::Agrees { .. }),
+            false => track.departing > 0,
+        };
         let is_due = self.length == WindowLength::Long
             && (self.unasked >= ROUTINE || gages.into_iter().any(departing));
         is_due || self.is_suspicious(alone)
@@ -329,8 +334,20 @@ impl StateDetector {
         let window_began = until.minus(self.window_steps - 1);
         let mut findings = Vec::new();
         for (channel, (track, outcome)) in self.tracks.iter_mut().zip(outcomes).enumerate() {
+            let is_known = pending.known[channel];
+            if matches!(outcome, WindowOutcome::Departs(_))
+                && !(channel >= self.actuators || is_known || pending.calm)
+            {
+                track.doubt(until);
+                continue;
+            }
             let onset = track.agreed.map_or(window_began, |agreed| agreed.plus(1));
+            let agreed = track.agreed;
             let found = track.take(outcome, (window_began, until), onset);
+            if self.length == WindowLength::Short {
+                // A short window does not show what a long one would: that it agrees in it says little.
+                track.agreed = agreed;
+            }
             findings.extend(found.map(|finding| (channel, finding)));
         }
         Conclusion { until, findings }

@@ -52,8 +52,9 @@ impl Detectors {
         self.long.condition(channel)
     }
 
-    /// Takes a window; `known` are the channels that are known to be faulty. A short one counts only if it is `calm`: while
-    /// something moves, it holds what a second would even out. Besides what becomes of it, what of an earlier one was
+    /// Takes a window; `known` are the channels that are known to be faulty. A short one, and what cylinders do in a long
+    /// one, counts only if it is `calm`: while something moves, the one holds what a second would even out, and the other
+    /// what demands that jump make of a healthy cylinder. Besides what becomes of it, what of an earlier one was
     /// concluded without waiting any longer.
     pub(crate) fn take(
         &mut self,
@@ -66,7 +67,7 @@ impl Detectors {
             self.short.skip();
             return (None, None);
         }
-        let (late, reaction) = self.of(length).take(window, known);
+        let (late, reaction) = self.of(length).take(window, known, calm);
         self.asked = match (length, &late, &reaction) {
             (WindowLength::Long, ..) => 0,
             // A peer that does not answer within a short window is not asked about the next ones.

@@ -153,6 +153,12 @@ impl Track {
         (self.agreeing, self.departing, self.certain) = (0, 0, 0);
     }
 
+    /// It departed in a window that does not count.
+    pub(super) fn doubt(&mut self, until: Step) {
+        self.skip();
+        self.condition = Condition::Doubtful { as_of: until };
+    }
+
     fn depart(&mut self) {
         self.agreeing = 0;
         self.departing += 1;

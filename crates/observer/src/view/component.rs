@@ -245,12 +245,36 @@ impl Counts {
     }
 }
 
-/// Stores the state of a component unless a later one is stored.
-pub(super) fn enter(components: &mut Vec<FaultTransition>, state: FaultTransition) {
+/// Stores the state of a component unless a later one is stored. A transition does not include the comparison with the
+/// reference: the known one holds, unless it is of a time before the change.
+pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) {
     match components.binary_search_by(|known| known.component.cmp(&state.component)) {
-        Ok(place) if components[place].place() <= state.place() => components[place] = state,
+        Ok(place) if components[place].place() <= state.place() => {
+            let known = &mut components[place];
+            state.condition = state.condition.or_else(|| known.condition.take());
+            let orders = state.order.iter().chain(state.state_order.as_deref());
+            let is_of_change = state.state() != FaultState::Normal
+                || orders.into_iter().any(|order| order.kind.is_about_verdict());
+            if let Some(Condition::Agrees { from, .. }) = state.condition
+                && state.detection_step.is_some_and(|detected| from <= detected)
+                && is_of_change
+                && !state.run_ended
+            {
+                state.condition = Some(Condition::NotCompared);
+            }
+            *known = state;
+        }
         Ok(_) => {}
         Err(place) => components.insert(place, state),
+    }
+}
+
+/// What was known of the comparison with the reference does not hold any more.
+pub(super) fn outdate(components: &mut [FaultTransition]) {
+    for state in components {
+        if let Some(known @ Condition::Agrees { .. }) = &mut state.condition {
+            *known = Condition::NotCompared;
+        }
     }
 }
 

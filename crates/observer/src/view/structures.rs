@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use vocabulary::{
-    ComponentPath, FaultState, FaultTransition, Key, ModuleName, ModuleStatus, StructureName,
-    Topic, Unknown, keys::PLANT,
+    ComponentPath, FaultState, FaultTransition, Key, ModuleName, ModulePhase, ModuleStatus,
+    StructureName, Topic, Unknown, keys::PLANT,
 };
 
 use super::component;
@@ -56,6 +56,7 @@ impl Structures {
     pub fn network(&mut self, state: NetworkState, now_unix_ns: u64) {
         if state == NetworkState::Open && self.network != NetworkState::Open {
             self.open_unix_ns = now_unix_ns;
+            self.modules.values_mut().for_each(|view| component::outdate(&mut view.components));
         }
         self.network = state;
     }
@@ -72,6 +73,9 @@ impl Structures {
             News::Phase(change) => {
                 if let Some(view) = self.module(&change.structure, &change.module) {
                     (view.phase_change, view.heard_unix_ns) = (Some(change.clone()), now_unix_ns);
+                    if change.phase != ModulePhase::InService {
+                        component::outdate(&mut view.components);
+                    }
                 }
             }
             News::Presence { structure, who, there, .. } => {
@@ -266,7 +270,7 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use vocabulary::{Condition, ModulePhase, Obstacle, PhaseChange, Step};
+    use vocabulary::{Condition, Obstacle, PhaseChange, Step};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -365,6 +369,36 @@ mod tests {
         ] {
             assert_eq!(shown(condition.clone()), FaultState::Unknown, "{condition:?}");
         }
+    }
+
+    /// A transition does not say how its component compares with its reference.
+    #[test]
+    fn what_is_known_of_the_comparison_holds_until_the_change_or_the_module_leaves_service() {
+        let told = |latched: FaultState, from: u64| {
+            let mut structures = Structures::default();
+            structures.status(testing::status("m1", &[]), SECOND);
+            let agrees = Condition::Agrees { from: Step(from), as_of: Step(from + 8) };
+            let known =
+                FaultTransition { condition: Some(agrees), ..transition(7, 1, FaultState::Normal) };
+            structures.state(known, None, SECOND);
+            let detection_step = Some(Step(5));
+            let news = transition(7, 2, latched);
+            let news = FaultTransition { condition: None, detection_step, ..news };
+            structures.news(News::Fault(Box::new(news)), SECOND);
+            structures
+        };
+        let condition = |structures: &Structures| {
+            structures.scene(1, SECOND).modules[0].components[0].condition.clone()
+        };
+        assert_eq!(condition(&told(FaultState::Latched, 1)), Some(Condition::NotCompared));
+        let agrees = Condition::Agrees { from: Step(6), as_of: Step(14) };
+        assert_eq!(condition(&told(FaultState::Latched, 6)), Some(agrees.clone()));
+        let mut structures = told(FaultState::Normal, 6);
+        assert_eq!(condition(&structures), Some(agrees));
+        assert_eq!(state(&structures.scene(1, SECOND)), FaultState::Normal);
+        structures.news(phase(ModulePhase::Stale, 7), SECOND);
+        structures.news(phase(ModulePhase::InService, 8), SECOND);
+        assert_eq!(state(&structures.scene(1, SECOND)), FaultState::Unknown);
     }
 
     #[test]

@@ -76,6 +76,28 @@ fn states(store: &ComponentStore) -> Vec<FaultState> {
 }
 
 #[test]
+fn an_agreement_does_not_hold_while_the_module_does_not_monitor() {
+    let mut store = store();
+    let agrees = Condition::Agrees { from: Step(1), as_of: Step(9) };
+    store.conditions([agrees.clone(), Condition::NotVerified, agrees.clone()], NOW);
+    let conditions = |store: &ComponentStore| -> Vec<Option<Condition>> {
+        let states = store.states(&speaker(), |_| true, None, NOW).into_iter();
+        states.map(|published| published.state.condition).collect()
+    };
+    let not_compared = Some(Condition::NotCompared);
+    let not_verified = Some(Condition::NotVerified);
+    assert_eq!(
+        conditions(&store),
+        [not_compared.clone(), not_verified.clone(), not_compared.clone()]
+    );
+    store.monitored(ModulePhase::InService, String::new(), NOW);
+    assert_eq!(conditions(&store), [Some(agrees.clone()), not_verified.clone(), Some(agrees)]);
+    store.monitored(ModulePhase::Stale, String::new(), NOW);
+    store.monitored(ModulePhase::InService, String::new(), NOW);
+    assert_eq!(conditions(&store), [not_compared.clone(), not_verified, not_compared]);
+}
+
+#[test]
 fn the_latest_of_each_component_the_sequence_and_the_runs_changes_come_back() {
     let records = [
         recorded("sensor/g1", 1, FaultState::Tentative),

@@ -78,7 +78,7 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
     let departs = |what: &str| {
         let since = match (transition.before_service, transition.onset_step) {
             (true, _) | (_, None) => "already at the first comparison".to_owned(),
-            (false, Some(step)) => format!("since step {step} at the earliest"),
+            (false, Some(step)) => format!("after it agreed up to step {}", step.minus(1)),
         };
         Some(format!("{what} departs from its reference, {since}"))
     };

@@ -148,6 +148,7 @@ impl DiagnosisLoop {
     pub(crate) async fn run(mut self, mut queues: Queues, mut shutdown: Shutdown) {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        self.note_conditions();
         self.supervisor.ready(&status_line::of_module(&self.status(0)));
         loop {
             self.supervisor.progress();
@@ -197,13 +198,15 @@ impl DiagnosisLoop {
         self.note_backlog(received);
         let used_before = self.diagnoser.counters().samples;
         let changes_before = self.diagnoser.counters().changes;
+        let runs_before = self.diagnoser.counters().runs;
         self.handle(Event::Sample(sample));
         if self.diagnoser.counters().samples == used_before {
             return;
         }
         self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
-        if self.diagnoser.window(WindowLength::Long).is_some() {
+        let is_new_run = self.diagnoser.counters().runs != runs_before;
+        if is_new_run || self.diagnoser.window(WindowLength::Long).is_some() {
             self.note_conditions();
         }
         let changed = self.diagnoser.counters().changes != changes_before;
@@ -313,6 +316,7 @@ impl DiagnosisLoop {
             let order = order.clone().given(kind, now);
             self.handle(Event::Ordered { token, component, order });
         }
+        self.note_conditions();
         self.executor.status_is_due = true;
         self.tell_phase();
     }
