@@ -13,6 +13,9 @@ const CHANNELS: usize = SENSORS + 2;
 const STEP_S: f64 = 0.2;
 const MINUTE: usize = 300;
 
+/// What a fault makes of a reading, so many samples after its onset.
+type Fault<'a> = &'a dyn Fn(usize, f64) -> f64;
+
 fn names() -> Vec<String> {
     (1..=SENSORS).map(|k| format!("s{k}")).chain(["u1".into(), "u2".into()]).collect()
 }
@@ -98,9 +101,11 @@ fn faults_of_every_kind_are_named_with_their_sizes() {
     let onset = 10 * MINUTE;
     for channel in 0..CHANNELS {
         let range = module.channels[channel].highest - module.channels[channel].lowest;
-        let faults: [(&str, &dyn Fn(usize, f64) -> f64); 4] = [
-            ("jump", &|_, x| x + 0.1 * range),
-            ("drift", &|k, x| x + 0.5 * range * k as f64 / (5 * MINUTE) as f64),
+        let jump = |_: usize, x: f64| x + 0.1 * range;
+        let drift = |k: usize, x: f64| x + 0.5 * range * k as f64 / (5 * MINUTE) as f64;
+        let faults: [(&str, Fault<'_>); 4] = [
+            ("jump", &jump),
+            ("drift", &drift),
             ("missing", &|_, _| f64::NAN),
             ("stuck", &|_, _| 20.0),
         ];

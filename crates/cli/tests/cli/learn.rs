@@ -38,7 +38,7 @@ fn table(file: &Path, seed: u64, mut fault: impl FnMut(usize, &mut [f64; 5])) {
             .iter()
             .map(|x| if x.is_nan() { String::new() } else { format!("{x:.2}") })
             .collect();
-        writeln!(text, "{};{}", format!("{:.1}", row as f64 / 5.0), cells.join(";")).unwrap();
+        writeln!(text, "{:.1};{}", row as f64 / 5.0, cells.join(";")).unwrap();
     }
     std::fs::write(file, text.replace('.', ",")).unwrap();
 }
