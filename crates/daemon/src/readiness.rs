@@ -1,6 +1,6 @@
 //! Whether a process can be relied on.
 
-use shell::health::Condition;
+use shell::health::HealthCondition;
 use shell::supervision::OPENING;
 use vocabulary::{ModulePhase, PlantPhase, PlantStatus};
 
@@ -8,12 +8,15 @@ use crate::metrics::ModuleReport;
 use crate::status_line;
 
 /// Whether a diagnoser with this latest report can be relied on to report faults.
-pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Condition {
+pub(crate) fn module_ready(
+    live: HealthCondition,
+    report: Option<&ModuleReport>,
+) -> HealthCondition {
     if !live.well {
         return live;
     }
     let Some(ModuleReport { status, reason, .. }) = report else {
-        return Condition::unwell(OPENING);
+        return HealthCondition::unwell(OPENING);
     };
     let mut words = vec![format!("{}: {reason}", status.phase.as_str())];
     // Verdicts are right all the same; an order reaches only one of the two.
@@ -22,18 +25,21 @@ pub(crate) fn module_ready(live: Condition, report: Option<&ModuleReport>) -> Co
     words.extend(status.clock_difference().map(|difference| difference.to_string()));
     let words = words.join("; ");
     match &status.journal.problem {
-        None => Condition { well: status.phase == ModulePhase::InService, words },
+        None => HealthCondition { well: status.phase == ModulePhase::InService, words },
         // Faults are published, and a restart forgets them.
-        Some(problem) => Condition::unwell(format!("{words}; journal: {problem}")),
+        Some(problem) => HealthCondition::unwell(format!("{words}; journal: {problem}")),
     }
 }
 
 /// Whether a plant computes steps.
-pub(crate) fn plant_ready(live: Condition, status: &PlantStatus) -> Condition {
+pub(crate) fn plant_ready(live: HealthCondition, status: &PlantStatus) -> HealthCondition {
     if !live.well {
         return live;
     }
-    Condition { well: status.phase == PlantPhase::Running, words: status_line::of_plant(status) }
+    HealthCondition {
+        well: status.phase == PlantPhase::Running,
+        words: status_line::of_plant(status),
+    }
 }
 
 #[cfg(test)]
@@ -46,7 +52,7 @@ mod tests {
     use super::*;
     use crate::metrics::testing::{module_report, plant_status};
 
-    fn alive() -> Condition {
+    fn alive() -> HealthCondition {
         live(Sign::Ago(Duration::from_millis(50)))
     }
 
@@ -57,7 +63,7 @@ mod tests {
         (report.status.another_process, report.status.lag_ms) = (true, Some(-3_600_000.0));
         let words = "in_service: as it is; duplicate diagnoser for this module; \
                      its clock is 3600 s behind the publisher's; check time synchronisation";
-        assert_eq!(module_ready(alive(), Some(&report)), Condition::well(words));
+        assert_eq!(module_ready(alive(), Some(&report)), HealthCondition::well(words));
     }
 
     #[test]
@@ -70,10 +76,10 @@ mod tests {
         ] {
             let mut report = module_report(phase);
             report.status.journal.problem = None;
-            let expected = Condition { well, words: words.to_owned() };
+            let expected = HealthCondition { well, words: words.to_owned() };
             assert_eq!(module_ready(alive(), Some(&report)), expected);
         }
-        assert_eq!(module_ready(alive(), None), Condition::unwell("opening a session"));
+        assert_eq!(module_ready(alive(), None), HealthCondition::unwell("opening a session"));
     }
 
     #[test]
@@ -81,7 +87,7 @@ mod tests {
         let mut report = module_report(ModulePhase::InService);
         report.status.journal.problem = Some("the disk has hung for 7 s".to_owned());
         let words = "in_service: as it is; journal: the disk has hung for 7 s";
-        assert_eq!(module_ready(alive(), Some(&report)), Condition::unwell(words));
+        assert_eq!(module_ready(alive(), Some(&report)), HealthCondition::unwell(words));
     }
 
     #[test]

@@ -207,7 +207,7 @@ impl<'a> World<'a> {
         let (structure, who) =
             (process.speaker.structure.clone(), process.speaker.module.to_string());
         let there = process.is_up;
-        self.tell(News::Presence { structure, who, there });
+        self.tell(News::Presence { structure, who, there, at_start: false });
     }
 
     fn tell_phase(&mut self, place: usize) {
@@ -360,7 +360,7 @@ impl<'a> World<'a> {
         let is_tick = self.now.is_multiple_of(TICK);
         if is_tick {
             let at = self.at();
-            self.processes[place].staleness.look(at);
+            self.processes[place].staleness.look(at, unix_ns(self.now));
             self.lapse(place);
         }
         if is_tick || !lost {

@@ -96,7 +96,7 @@ impl TableColumns {
 }
 
 /// Where residuals and divergences come from.
-enum Evidence {
+enum DivergenceSource {
     /// They were published.
     Published(BTreeMap<Step, Divergences>),
     /// A diagnoser computes them at every step.
@@ -108,7 +108,7 @@ pub(crate) struct RunRows {
     record: Arc<ModuleRecord>,
     columns: TableColumns,
     indices: std::vec::IntoIter<usize>,
-    evidence: Evidence,
+    evidence: DivergenceSource,
 }
 
 impl RunRows {
@@ -128,7 +128,7 @@ impl RunRows {
             }
             messages.insert(message.step, message.clone());
         }
-        Self::new(record, run, setup, (channels, Evidence::Published(messages)))
+        Self::new(record, run, setup, (channels, DivergenceSource::Published(messages)))
     }
 
     /// The rows of a run with residuals and divergences at every step, as a diagnoser of this setup computes them
@@ -142,7 +142,7 @@ impl RunRows {
         setup: &ModuleSetup,
     ) -> Result<Self, Shortfall> {
         let replay = ResidualReplay::new(record.structure.clone(), setup)?;
-        let evidence = (setup.components(), Evidence::Replayed(Box::new(replay)));
+        let evidence = (setup.components(), DivergenceSource::Replayed(Box::new(replay)));
         Ok(Self::new(record, run, Some(setup), evidence))
     }
 
@@ -150,7 +150,7 @@ impl RunRows {
         record: &Arc<ModuleRecord>,
         run: RunId,
         setup: Option<&ModuleSetup>,
-        (channels, evidence): (Vec<Component>, Evidence),
+        (channels, evidence): (Vec<Component>, DivergenceSource),
     ) -> Self {
         let is_of_run = |index: &usize| record.samples.head(*index).is_some_and(|h| h.run == run);
         let indices: Vec<usize> = (0..record.samples.len()).filter(is_of_run).collect();
@@ -173,8 +173,12 @@ impl Iterator for RunRows {
         let sample = self.record.samples.get(index)?;
         let published_ns = self.record.samples.head(index).map_or(0, |head| head.time_unix_ns);
         let values = match &mut self.evidence {
-            Evidence::Published(messages) => self.columns.row(&sample, messages.get(&sample.step)),
-            Evidence::Replayed(replay) => self.columns.row(&sample, replay.take(&sample).as_ref()),
+            DivergenceSource::Published(messages) => {
+                self.columns.row(&sample, messages.get(&sample.step))
+            }
+            DivergenceSource::Replayed(replay) => {
+                self.columns.row(&sample, replay.take(&sample).as_ref())
+            }
         };
         Some(TableRow { step: sample.step.0, published_ns, values })
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use parking_lot::{Mutex, MutexGuard};
-use shell::health::{Condition, ProcessReport, Subject, live};
+use shell::health::{HealthCondition, ProcessReport, Subject, live};
 use shell::supervision::Pulse;
 
 use crate::metrics::{self, ModuleReport};
@@ -39,11 +39,11 @@ pub(crate) struct ModuleHealth {
 }
 
 impl Subject for ModuleHealth {
-    fn live(&self) -> Condition {
+    fn live(&self) -> HealthCondition {
         live(self.pulse.sign(Instant::now()))
     }
 
-    fn ready(&self) -> Condition {
+    fn ready(&self) -> HealthCondition {
         readiness::module_ready(self.live(), self.report.read().as_deref())
     }
 

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 use shell::clock;
-use shell::health::{Condition, ProcessReport, Subject, live};
+use shell::health::{HealthCondition, ProcessReport, Subject, live};
 use shell::supervision::{Pulse, Supervisor};
 use tokio::time::{MissedTickBehavior, interval};
 use vocabulary::{Key, PlantPhase, PlantStatus, PlantTopic, RunId, Step, StructureName};
@@ -66,11 +66,11 @@ pub(crate) struct PlantHealth {
 }
 
 impl Subject for PlantHealth {
-    fn live(&self) -> Condition {
+    fn live(&self) -> HealthCondition {
         live(self.pulse.sign(Instant::now()))
     }
 
-    fn ready(&self) -> Condition {
+    fn ready(&self) -> HealthCondition {
         readiness::plant_ready(self.live(), &self.status.read())
     }
 

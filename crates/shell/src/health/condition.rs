@@ -9,14 +9,14 @@ const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Healthy or not, with the reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Condition {
+pub struct HealthCondition {
     /// Whether it is healthy.
     pub well: bool,
     /// The reason, for people.
     pub words: String,
 }
 
-impl Condition {
+impl HealthCondition {
     /// A healthy condition.
     #[must_use]
     pub fn well(words: impl Into<String>) -> Self {
@@ -32,20 +32,20 @@ impl Condition {
 
 /// The liveness of a loop with this latest heartbeat.
 #[must_use]
-pub fn live(sign: Sign) -> Condition {
+pub fn live(sign: Sign) -> HealthCondition {
     match sign {
-        Sign::NotYet => Condition::unwell(OPENING),
-        Sign::Over => Condition::unwell(STOPPING),
+        Sign::NotYet => HealthCondition::unwell(OPENING),
+        Sign::Over => HealthCondition::unwell(STOPPING),
         Sign::Stuck(thread, age) => {
             let age_s = age.as_secs_f64();
-            Condition::unwell(format!(
+            HealthCondition::unwell(format!(
                 "the thread `{thread}` has made no progress for {age_s:.1} s"
             ))
         }
-        Sign::Ago(age) if age < TIMEOUT => Condition::well("the loop is live"),
+        Sign::Ago(age) if age < TIMEOUT => HealthCondition::well("the loop is live"),
         Sign::Ago(age) => {
             let age_s = age.as_secs_f64();
-            Condition::unwell(format!("the loop has made no progress for {age_s:.1} s"))
+            HealthCondition::unwell(format!("the loop has made no progress for {age_s:.1} s"))
         }
     }
 }
@@ -59,11 +59,11 @@ mod tests {
         assert!(live(Sign::Ago(Duration::from_millis(50))).well);
         assert!(live(Sign::Ago(TIMEOUT - Duration::from_millis(1))).well);
         let hung = live(Sign::Ago(Duration::from_millis(2500)));
-        assert_eq!(hung, Condition::unwell("the loop has made no progress for 2.5 s"));
+        assert_eq!(hung, HealthCondition::unwell("the loop has made no progress for 2.5 s"));
         let stuck = live(Sign::Stuck("events", Duration::from_secs(12)));
         let words = "the thread `events` has made no progress for 12.0 s";
-        assert_eq!(stuck, Condition::unwell(words));
-        assert_eq!(live(Sign::NotYet), Condition::unwell("opening a session"));
-        assert_eq!(live(Sign::Over), Condition::unwell("stopping"));
+        assert_eq!(stuck, HealthCondition::unwell(words));
+        assert_eq!(live(Sign::NotYet), HealthCondition::unwell("opening a session"));
+        assert_eq!(live(Sign::Over), HealthCondition::unwell("stopping"));
     }
 }

@@ -19,7 +19,7 @@ mod server;
 mod sheet;
 
 pub use address::{HealthFlags, HealthSettings};
-pub use condition::{Condition, live};
+pub use condition::{HealthCondition, live};
 pub use probe::{ProbeError, ProbeKind, probe};
 pub use process::ProcessReport;
 pub use server::{HealthAddressError, Listening, Server, Subject};

@@ -11,7 +11,7 @@ use hyper_util::rt::TokioIo;
 use tokio::net::TcpStream;
 use vocabulary::printable;
 
-use super::condition::Condition;
+use super::condition::HealthCondition;
 
 /// Longest answer read, in bytes.
 const LONGEST_BODY: usize = 4096;
@@ -73,7 +73,7 @@ pub async fn probe(
     address: &str,
     kind: ProbeKind,
     timeout: Duration,
-) -> Result<Condition, ProbeError> {
+) -> Result<HealthCondition, ProbeError> {
     let path = kind.path();
     let asked = tokio::time::timeout(timeout, get(address, path)).await;
     let asked = asked.map_err(|_| ProbeError::Silent { address: address.into(), timeout })?;
@@ -89,7 +89,7 @@ pub async fn probe(
             return Err(ProbeError::Foreign { address, path, status });
         }
     };
-    Ok(Condition { well, words: printable(words.trim_end()) })
+    Ok(HealthCondition { well, words: printable(words.trim_end()) })
 }
 
 type Broken = Box<dyn std::error::Error + Send + Sync>;

@@ -17,7 +17,7 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpStream;
 use tokio::sync::{Semaphore, oneshot};
 
-use super::condition::Condition;
+use super::condition::HealthCondition;
 use crate::logging::with_unreachable;
 
 /// Most connections at a time; further ones wait.
@@ -40,9 +40,9 @@ const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset
 /// A process that reports its health.
 pub trait Subject: Send + Sync + 'static {
     /// Its liveness.
-    fn live(&self) -> Condition;
+    fn live(&self) -> HealthCondition;
     /// Its readiness.
-    fn ready(&self) -> Condition;
+    fn ready(&self) -> HealthCondition;
     /// Its metrics, in the text format of OpenMetrics.
     ///
     /// # Errors
@@ -178,9 +178,9 @@ fn router(subject: Arc<dyn Subject>) -> Router {
 }
 
 /// Its readiness. That a configured endpoint is not reached is said, and no reason to call it not ready: others may be.
-fn ready(subject: &dyn Subject) -> Condition {
-    let Condition { well, words } = subject.ready();
-    Condition { well, words: with_unreachable(&words, "; ") }
+fn ready(subject: &dyn Subject) -> HealthCondition {
+    let HealthCondition { well, words } = subject.ready();
+    HealthCondition { well, words: with_unreachable(&words, "; ") }
 }
 
 async fn metrics(State(subject): State<Arc<dyn Subject>>) -> Response {
@@ -199,7 +199,7 @@ async fn unknown(method: Method) -> Response {
     ([(ALLOW, "GET, HEAD")], refused).into_response()
 }
 
-fn of_condition(condition: &Condition) -> Response {
+fn of_condition(condition: &HealthCondition) -> Response {
     let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     text(status, &condition.words)
 }
@@ -224,12 +224,12 @@ mod tests {
     struct Initialising;
 
     impl Subject for Initialising {
-        fn live(&self) -> Condition {
-            Condition { well: true, words: "the loop is live".into() }
+        fn live(&self) -> HealthCondition {
+            HealthCondition { well: true, words: "the loop is live".into() }
         }
 
-        fn ready(&self) -> Condition {
-            Condition { well: false, words: "initialising: wait".into() }
+        fn ready(&self) -> HealthCondition {
+            HealthCondition { well: false, words: "initialising: wait".into() }
         }
 
         fn metrics(&self) -> Result<String, std::fmt::Error> {

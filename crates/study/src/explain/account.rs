@@ -6,7 +6,7 @@ use diagnosis::{
 };
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::words::Clock;
+use super::words::StepClock;
 use crate::campaign::Campaign;
 use crate::case::{CaseRun, SampleGap};
 use crate::engine::{Engine, prepare};
@@ -176,8 +176,8 @@ impl<'a> Account<'a> {
         self.diagnosed.iter().filter(is_wrong)
     }
 
-    pub(super) fn clock(&self) -> Clock {
-        Clock { step_s: self.system.parameters.step_s }
+    pub(super) fn clock(&self) -> StepClock {
+        StepClock { step_s: self.system.parameters.step_s }
     }
 
     fn setup(&self, module: &ModuleName) -> Option<&'a ModuleSetup> {

@@ -8,7 +8,7 @@ use diagnosis::{ActuatorFault, Change, Rule, StateQuestion, Verdict};
 use vocabulary::{ComponentPath, ModuleName, Step};
 
 use super::account::{Account, ChangeFate, Changed};
-use super::words::{Clock, counted, list, often, times};
+use super::words::{StepClock, counted, list, often, times};
 use super::{LineKind, StoryLine, outcome, reason};
 use crate::rig::{RigEvent, TimedFault};
 use crate::scenarios::GageReading;
@@ -19,7 +19,7 @@ const SHOWN: usize = 4;
 /// Converts the events of a run to lines.
 pub(super) struct CaseStory<'a> {
     account: &'a Account<'a>,
-    clock: Clock,
+    clock: StepClock,
     /// Which of the account's changes are shown one by one.
     shown: Vec<bool>,
     lines: Vec<StoryLine>,

@@ -4,12 +4,12 @@ use vocabulary::Step;
 
 /// Formats steps as times.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Clock {
+pub(super) struct StepClock {
     /// Length of a step \[s\].
     pub(super) step_s: f64,
 }
 
-impl Clock {
+impl StepClock {
     pub(super) fn seconds(self, step: Step) -> f64 {
         step.0 as f64 * self.step_s
     }
@@ -78,7 +78,7 @@ mod tests {
 
     #[test]
     fn spans_are_short_and_times_are_not() {
-        let clock = Clock { step_s: 5e-4 };
+        let clock = StepClock { step_s: 5e-4 };
         assert_eq!(clock.time(Step(21_001)), "10.501 s");
         assert_eq!([3, 4, 5000].map(|n| clock.span(n)), ["1.5 ms", "2 ms", "2.500 s"]);
     }

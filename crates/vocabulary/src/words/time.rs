@@ -8,15 +8,19 @@ pub fn utc(time_unix_ns: u64) -> String {
     humantime::format_rfc3339_millis(UNIX_EPOCH + Duration::from_nanos(time_unix_ns)).to_string()
 }
 
-/// Reads a time in UTC \[ns since 1970\], as people and HTML's time fields write it: with or without seconds, fractions
-/// of a second and `Z`.
+/// Reads a time in UTC \[ns since 1970\], as people and HTML's time fields write it: with or without a time of
+/// day, seconds, fractions of a second and `Z`.
 ///
 /// # Errors
 ///
 /// The text, and what would be right.
 pub fn parse_utc(text: &str) -> Result<u64, String> {
-    let whole =
-        if text.len() == "2026-11-21T10:00".len() { format!("{text}:00") } else { text.to_owned() };
+    let rest = match text.len() {
+        10 => " 00:00:00",
+        16 => ":00",
+        _ => "",
+    };
+    let whole = format!("{text}{rest}");
     humantime::parse_rfc3339_weak(&whole)
         .ok()
         .and_then(since_1970)
@@ -50,7 +54,9 @@ mod tests {
         for text in ["2026-10-21T00:00:01Z", "2026-10-21T00:00:01", "2026-10-21 00:00:01"] {
             assert_eq!(parse_utc(text), Ok(second), "{text}");
         }
-        assert_eq!(parse_utc("2026-10-21T00:00"), Ok(second - 1_000_000_000));
+        for text in ["2026-10-21T00:00", "2026-10-21"] {
+            assert_eq!(parse_utc(text), Ok(second - 1_000_000_000), "{text}");
+        }
         for text in ["yesterday", "1960-01-01T00:00:00Z"] {
             let problem = parse_utc(text).unwrap_err();
             assert!(problem.starts_with(&format!("invalid time `{text}`: expected")), "{problem}");

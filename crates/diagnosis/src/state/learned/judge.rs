@@ -112,7 +112,7 @@ struct OpenInterval {
 }
 
 #[derive(Debug, Clone, Default)]
-struct Track {
+struct ChannelTrack {
     run: ConstantRun,
     samples: Vec<f64>,
     no_signal: Option<OpenInterval>,
@@ -130,7 +130,7 @@ pub struct LearnedJudge {
     per_window: usize,
     samples: u64,
     windows: u64,
-    tracks: Vec<Track>,
+    tracks: Vec<ChannelTrack>,
     statistics: Statistics,
     /// The channels that the reference accused in the window before; `None` if no set fitted.
     accused: Option<Vec<usize>>,
@@ -144,7 +144,7 @@ impl LearnedJudge {
     /// Judges samples that are so far apart \[s\].
     pub fn new(module: LearnedModule, step_s: f64) -> Self {
         let per_window = samples_per_window(step_s, module.window_s);
-        let tracks = vec![Track::default(); module.channels.len()];
+        let tracks = vec![ChannelTrack::default(); module.channels.len()];
         Self {
             module,
             step_s,
@@ -186,7 +186,7 @@ impl LearnedJudge {
         }
         self.end_unknown(None);
         let windows = self.windows.max(1) as f64;
-        let summary = |track: &Track| {
+        let summary = |track: &ChannelTrack| {
             let (state, first) = track.worst.unwrap_or(match track.normal {
                 0 => (ChannelState::Unknown, 0),
                 _ => (ChannelState::Normal, 0),

@@ -193,7 +193,7 @@ impl Moments {
 }
 
 /// A healthy recording in windows.
-struct Windows {
+struct RecordedWindows {
     values: Vec<Vec<f64>>,
     whole: Moments,
     parts: Vec<Moments>,
@@ -218,7 +218,8 @@ pub fn learn(
         .map(|recording| clean(recording, names, settings.window_s, &mut cleaned))
         .collect::<Result<_, _>>()?;
     let scales = scales(&kept, names, sensors)?;
-    let windows: Vec<Windows> = kept.into_iter().map(|kept| in_units(kept, &scales)).collect();
+    let windows: Vec<RecordedWindows> =
+        kept.into_iter().map(|kept| in_units(kept, &scales)).collect();
     let wholes: Vec<&Moments> = windows.iter().map(|one| &one.whole).collect();
     let pooled = Moments::pooled(&wholes);
     check_repeats(&pooled, names)?;
@@ -227,7 +228,7 @@ pub fn learn(
         let least = directions + 2;
         return Err(LearningError::TooFewChannels { channels: size, directions, least });
     }
-    let all: Vec<&Windows> = windows.iter().collect();
+    let all: Vec<&RecordedWindows> = windows.iter().collect();
     let (reference, change) = gaussians(&all, sensors)?;
     let thresholds = thresholds(&windows, sensors, settings)?;
     let explained = explained(&all, sensors)?;
@@ -347,7 +348,7 @@ fn scales(
     Ok(scales)
 }
 
-fn in_units(kept: Vec<Vec<f64>>, scales: &Scales) -> Windows {
+fn in_units(kept: Vec<Vec<f64>>, scales: &Scales) -> RecordedWindows {
     let size = scales.unit.len();
     let unit = |(k, x): (usize, f64)| (x - scales.centre[k]) / scales.unit[k];
     let values: Vec<Vec<f64>> =
@@ -355,7 +356,7 @@ fn in_units(kept: Vec<Vec<f64>>, scales: &Scales) -> Windows {
     let complete: Vec<Vec<f64>> = values.iter().filter(|w| is_complete(w)).cloned().collect();
     let changes: Vec<Vec<f64>> = differences(&values).filter(|d| is_complete(d)).collect();
     let part = complete.len().div_ceil(PARTS).max(1);
-    Windows {
+    RecordedWindows {
         whole: Moments::of(complete.iter(), size),
         parts: complete.chunks(part).map(|part| Moments::of(part.iter(), size)).collect(),
         changes: Moments::of(changes.iter(), size),
@@ -388,7 +389,10 @@ fn directions(pooled: &Moments, sensors: usize) -> usize {
 }
 
 /// The residuals that regressions on the other recordings leave, and the inputs.
-fn left_out(recordings: &[&Windows], sensors: usize) -> Result<Vec<Moments>, LearningError> {
+fn left_out(
+    recordings: &[&RecordedWindows],
+    sensors: usize,
+) -> Result<Vec<Moments>, LearningError> {
     // A single one is taken in parts.
     let parts: Vec<&Moments> = match recordings {
         [one] => one.parts.iter().collect(),
@@ -406,7 +410,7 @@ fn left_out(recordings: &[&Windows], sensors: usize) -> Result<Vec<Moments>, Lea
 
 /// Reference and change, in the common units.
 fn gaussians(
-    recordings: &[&Windows],
+    recordings: &[&RecordedWindows],
     sensors: usize,
 ) -> Result<(Gaussian, Gaussian), LearningError> {
     let left_out = left_out(recordings, sensors)?;
@@ -449,7 +453,7 @@ fn scaled(mut gaussian: Gaussian, scales: &Scales, centred: f64) -> Gaussian {
 }
 
 /// The share of each sensor's variance that the inputs explain in recordings left out.
-fn explained(recordings: &[&Windows], sensors: usize) -> Result<Vec<f64>, LearningError> {
+fn explained(recordings: &[&RecordedWindows], sensors: usize) -> Result<Vec<f64>, LearningError> {
     let left_out = left_out(recordings, sensors)?;
     let residuals = Moments::pooled(&left_out.iter().collect::<Vec<_>>());
     let wholes: Vec<&Moments> = recordings.iter().map(|recording| &recording.whole).collect();
@@ -463,14 +467,14 @@ fn explained(recordings: &[&Windows], sensors: usize) -> Result<Vec<f64>, Learni
 
 /// The thresholds, from each recording judged by the others; of a single one, from its parts judged by it.
 fn thresholds(
-    recordings: &[Windows],
+    recordings: &[RecordedWindows],
     sensors: usize,
     settings: LearningSettings,
-) -> Result<Thresholds, LearningError> {
+) -> Result<LearnedThresholds, LearningError> {
     let per_minute = (60.0 / settings.window_s).ceil().max(1.0) as usize;
     let mut minutes: Vec<Largest> = Vec::new();
     for own in 0..recordings.len() {
-        let mut others: Vec<&Windows> = recordings.iter().collect();
+        let mut others: Vec<&RecordedWindows> = recordings.iter().collect();
         if recordings.len() > 1 {
             others.remove(own);
         }
@@ -487,7 +491,7 @@ fn thresholds(
     };
     let least = if recordings.len() < 3 { LEAST_REFERENCE_OF_FEW } else { LEAST_REFERENCE };
     let largest_change = minutes.iter().map(|minute| minute.change).fold(0.0, f64::max);
-    Ok(Thresholds {
+    Ok(LearnedThresholds {
         reference: of_minutes(|minute| minute.reference).max(least.sqrt()),
         change: (CHANGE_MARGIN.sqrt() * largest_change).max(LEAST_CHANGE.sqrt()),
         distance: of_minutes(|minute| minute.distance).max(least.sqrt()),
@@ -495,7 +499,7 @@ fn thresholds(
 }
 
 /// Thresholds as z', and as the root of a distance.
-struct Thresholds {
+struct LearnedThresholds {
     reference: f64,
     change: f64,
     distance: f64,
