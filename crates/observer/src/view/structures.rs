@@ -503,6 +503,8 @@ mod tests {
         assert!(seen(&structures, 102).0.starts_with("NOT KNOWN"));
         assert!(seen(&structures, 103).0.starts_with("NOT ANSWERING: nothing heard since "));
         structures.status(testing::status("m1", &[]), 104 * SECOND);
+        assert_eq!(seen(&structures, 104), ("in service: ".to_owned(), FaultState::Unknown));
+        structures.state(transition(7, 1, FaultState::Normal), None, 104 * SECOND);
         assert_eq!(seen(&structures, 104), ("in service: ".to_owned(), FaultState::Normal));
     }
 
