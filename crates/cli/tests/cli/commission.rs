@@ -89,7 +89,7 @@ fn a_spoilt_reference_is_refused_by_check() {
         ("\nv = 2\n", "\nv = 7\n", "its version is 7"),
         // What another version has besides does not hide that it is one.
         ("\nv = 2\n", "\nv = 1\nmargin = 1.3\n", "its version is 1"),
-        ("gage_threshold = ", "gage_threshold = -", "`gage_threshold` holds figures"),
+        ("gage_threshold = ", "gage_threshold = -", "`gage_threshold` is -"),
         ("hours = ", "ours = ", "ours"),
     ] {
         fs::write(&file, text.replacen(from, to, 1)).unwrap();

@@ -27,9 +27,9 @@ fn a_module_is_chosen_by_name_or_by_number() {
 #[test]
 fn an_unknown_module_is_answered_with_those_that_exist() {
     for unknown in ["roof", "0", "5", ""] {
-        let known = "use `module1`, `module2`, `module3`, `module4`, or a number from 1 to 4";
+        let known = "expected `module1`, `module2`, `module3`, `module4`, or a number from 1 to 4";
         let arguments = ["model", &tower(), "--module", unknown];
-        run(&arguments).fails(2, &[&format!("no module `{unknown}`"), known]);
+        run(&arguments).fails(2, &[&format!("unknown module `{unknown}`"), known]);
     }
 }
 

@@ -122,7 +122,8 @@ fn what_cannot_be_made_is_refused_and_nothing_is_written() {
     let one = ["replicate", &first, "--plant", &plant, "--copies", "2", "--out", &out];
     run(&one).fails(2, &["equipped module `module2`"]);
     let small = file("configs/small/lower.toml");
-    repeat(&row, &[&small, "--copies", "2"]).fails(2, &["lower.toml", "`lower` is no equipped"]);
+    repeat(&row, &[&small, "--copies", "2"])
+        .fails(2, &["lower.toml", "`lower` is not an equipped"]);
     assert!(!row.exists());
 }
 

@@ -127,7 +127,7 @@ fn missing_and_unknown_channels_are_named() {
     let line = copy.spoil("thresholds/module1.toml", "\"sensor/g8\"", "\"sensor/g9\"");
     let error = copy.module_errors();
     assert!(error.contains("no threshold for `sensor/g8`"), "{error}");
-    let unknown = format!("thresholds/module1.toml:{line}: `sensor/g9` is no component");
+    let unknown = format!("thresholds/module1.toml:{line}: `sensor/g9` is not a component");
     assert!(error.contains(&unknown), "{error}");
 }
 

@@ -511,7 +511,7 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
     for (order, reason) in [
         (order("lower/sensor/g9", bias, None), "there is no `lower/sensor/g9`"),
         (order("lower/sensor/g9", bias, Some(1_000_000)), "there is no `lower/sensor/g9`"),
-        (order("roof/sensor/g1", bias, None), "no equipped module `roof`"),
+        (order("roof/sensor/g1", bias, None), "unknown equipped module `roof`"),
         (order("lower/actuator/a1", bias, None), "cannot have the fault"),
         (order("lower/sensor/g1", bias, Some(0)), "step 0 has passed"),
         (order("lower/sensor/g9", None, None), "there is no `lower/sensor/g9`"),

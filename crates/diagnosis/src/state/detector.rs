@@ -337,8 +337,8 @@ impl StateDetector {
             let is_known = pending.known[channel];
             if matches!(outcome, WindowOutcome::Departs(_))
                 && !(channel >= self.actuators || is_known || pending.calm)
+                && track.doubts(until)
             {
-                track.doubt(until);
                 continue;
             }
             let onset = track.agreed.map_or(window_began, |agreed| agreed.plus(1));

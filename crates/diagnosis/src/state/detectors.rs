@@ -52,9 +52,8 @@ impl Detectors {
         self.long.condition(channel)
     }
 
-    /// Takes a window; `known` are the channels that are known to be faulty. A short one, and what cylinders do in a long
-    /// one, counts only if it is `calm`: while something moves, the one holds what a second would even out, and the other
-    /// what demands that jump make of a healthy cylinder. Besides what becomes of it, what of an earlier one was
+    /// Takes a window; `known` are the channels that are known to be faulty. A short one counts only if it is `calm`: while
+    /// something moves, it holds what a second would even out. Of long ones that are not, half count against a cylinder. Besides what becomes of it, what of an earlier one was
     /// concluded without waiting any longer.
     pub(crate) fn take(
         &mut self,

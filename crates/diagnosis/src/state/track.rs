@@ -72,6 +72,8 @@ pub(super) struct Track {
     pub(super) missing: u32,
     /// In how many of them a departure has to show.
     pub(super) held: u32,
+    /// Did the latest window in which something changed not count?
+    pub(super) doubted: bool,
 }
 
 impl Track {
@@ -86,6 +88,7 @@ impl Track {
             certain: 0,
             missing: 0,
             held,
+            doubted: false,
         }
     }
 
@@ -153,10 +156,14 @@ impl Track {
         (self.agreeing, self.departing, self.certain) = (0, 0, 0);
     }
 
-    /// It departed in a window that does not count.
-    pub(super) fn doubt(&mut self, until: Step) {
-        self.skip();
-        self.condition = Condition::Doubtful { as_of: until };
+    /// It departed in a window in which something changed: every other one of these counts, for each demand that jumps makes
+    /// a healthy cylinder depart, and a fault departs in all of them. Does this one not count?
+    pub(super) fn doubts(&mut self, until: Step) -> bool {
+        self.doubted = !self.doubted;
+        if self.doubted {
+            self.condition = Condition::Doubtful { as_of: until };
+        }
+        self.doubted
     }
 
     fn depart(&mut self) {

@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named_with_what_would_be_right() {
         for (asked, words) in [
-            (asked("yesterday", "", ""), "from: invalid time `yesterday`: expected e.g."),
+            (asked("yesterday", "", ""), "from: invalid time `yesterday`: expected UTC, e.g."),
             (asked("1960-01-01T00:00:00Z", "", ""), "from: invalid time `1960-01-01T00:00:00Z`"),
             (asked("", "g1", ""), "component: "),
             (asked("", "", "healthy"), "state: unknown state `healthy`: expected one of `normal`"),
