@@ -5,6 +5,8 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
+use nix::fcntl::OFlag;
+
 use crate::error::{FileError, OpenError};
 
 /// Access for the owner only.
@@ -61,17 +63,25 @@ fn sync_directory(directory: &Path) -> Result<(), FileError> {
     synced.map_err(FileError::of("sync", directory))
 }
 
+/// Options of a file in a state directory: only its owner may use it, and no link to another file is followed.
+#[must_use]
+pub fn state_file() -> OpenOptions {
+    let mut options = OpenOptions::new();
+    options.read(true).mode(FILE_MODE).custom_flags(OFlag::O_NOFOLLOW.bits());
+    options
+}
+
 /// Options with which the writer opens the files of a journal: it only appends.
 pub(crate) fn appending() -> OpenOptions {
-    let mut options = OpenOptions::new();
-    options.read(true).append(true).mode(FILE_MODE);
+    let mut options = state_file();
+    options.append(true);
     options
 }
 
 /// Options with which the lock is opened.
 pub(crate) fn replacing() -> OpenOptions {
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false).mode(FILE_MODE);
+    let mut options = state_file();
+    options.write(true).create(true).truncate(false);
     options
 }
 
@@ -138,7 +148,7 @@ fn present(files: &JournalFiles) -> Result<Option<FoundFile>, FileError> {
 }
 
 fn find(path: &Path) -> Result<Option<FoundFile>, FileError> {
-    let Some(file) = open_if_there(File::options().read(true), path)? else {
+    let Some(file) = open_if_there(&state_file(), path)? else {
         return Ok(None);
     };
     let metadata = file.metadata().map_err(FileError::of("read", path))?;

@@ -37,6 +37,7 @@ mod rotation;
 
 pub use damage::{Damage, DamageKind};
 pub use error::{FileError, MAX_RECORD_BYTES, OpenError, WriteError};
+pub use files::state_file;
 pub use follower::{JournalFollower, JournalLook, RecordPlace};
 pub use journal::{Journal, Opened};
 pub use lines::{Records, read};

@@ -31,9 +31,15 @@ struct Works {
 
 impl Works {
     async fn in_service() -> Self {
+        Self::begun_with(&[]).await
+    }
+
+    /// The same, with these orders to the interposer from the start.
+    async fn begun_with(orders: &[&str]) -> Self {
         let deployment = Deployment::of_watched_tower(&Schedule::default());
         deployment.patient();
         let interposer = deployment.interpose(0);
+        orders.iter().for_each(|order| interposer.order(order));
         let observer = Observer::of(&deployment).await;
         let faults = observer.faults().await;
         let diagnosers = deployment.start_diagnosers();
@@ -152,6 +158,22 @@ async fn a_fault_is_published_while_waiting_for_the_disk_hangs() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_fault_is_published_while_everything_that_writes_hangs() {
     a_fault_while_the_disk_hangs("hang").await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn on_a_disk_that_hangs_from_the_start_it_diagnoses_and_says_so() {
+    let _turn = turn::side_by_side().await;
+    let mut works = Works::begun_with(&["hang"]).await;
+    let status = works.status(|status| status.journal.problem.is_some()).await;
+    let problem = status.journal.problem.unwrap();
+    assert!(problem.contains("did not answer") || problem.contains("hung for"), "{problem}");
+    works.inject(GAGE).await;
+    assert!(!works.transition(GAGE, FaultState::Latched).await.durable);
+    works.interposer.call_off("hang");
+    works.recovers().await;
+    works.crash().await;
+    assert_eq!(works.state(GAGE).await.state(), FaultState::Latched);
+    works.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

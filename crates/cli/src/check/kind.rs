@@ -12,6 +12,7 @@ pub(crate) enum FileKind {
     Diagnoser,
     Thresholds,
     Reference,
+    Learned,
     Schedule,
     Zenoh,
 }
@@ -33,7 +34,7 @@ impl FileKind {
             let problem = "unknown kind of file: a structure has `modules`, a plant `structure` but \
                            no `module`, a diagnoser `module` and `structure`, thresholds \
                            `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
-                           schedule `faults`";
+                           learned module `change_threshold`, a schedule `faults`";
             (None, problem.to_owned())
         })
     }
@@ -47,6 +48,8 @@ impl FileKind {
             Some(FileKind::Thresholds)
         } else if has("cylinder_threshold") && has("cylinders") {
             Some(FileKind::Reference)
+        } else if has("change_threshold") {
+            Some(FileKind::Learned)
         } else if has("module") {
             Some(FileKind::Diagnoser)
         } else if has("structure") {
@@ -80,6 +83,7 @@ mod tests {
         assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(FileKind::Thresholds));
         let reference = "module = 'm'\ncylinder_threshold = 6\n[[cylinders]]";
         assert_eq!(kind(reference), Ok(FileKind::Reference));
+        assert_eq!(kind("v = 1\nchange_threshold = 8"), Ok(FileKind::Learned));
         assert_eq!(kind("[[faults]]"), Ok(FileKind::Schedule));
         assert_eq!(FileKind::of(Path::new("x.json5"), "{"), Ok(FileKind::Zenoh));
         assert_eq!(kind("colour = 1").unwrap_err().0, None);

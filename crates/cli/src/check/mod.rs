@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
 use daemon::thresholds::Thresholds;
 use diagnosis::state::Reference;
+use diagnosis::state::learned::LearnedModule;
 use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 
@@ -19,7 +20,7 @@ use kind::FileKind;
 /// Check configuration files and certificates without starting anything
 ///
 /// Reports what each file is and every mistake in it and in the files that it names. Knows structures,
-/// plants, diagnosers, thresholds, references, schedules and Zenoh settings; which of these a file is follows
+/// plants, diagnosers, thresholds, references, learned modules, schedules and Zenoh settings; which of these a file is follows
 /// from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
 /// checked.
 #[derive(Debug, clap::Args)]
@@ -54,6 +55,7 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         FileKind::Diagnoser => diagnoser(file),
         FileKind::Thresholds => thresholds(file),
         FileKind::Reference => reference(file),
+        FileKind::Learned => learned(file),
         FileKind::Schedule => {
             Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len()))
         }
@@ -123,6 +125,26 @@ fn thresholds(file: &Path) -> Result<String, ConfigErrors> {
     document.check_numbers(&mut errors);
     errors.or(())?;
     Ok(format!("{} thresholds of module `{}`", fitted.len(), read.module))
+}
+
+fn learned(file: &Path) -> Result<String, ConfigErrors> {
+    let module = load_learned(file)?;
+    let (channels, recordings) = (module.channels.len(), module.recordings.len());
+    let (sensors, hours) = (module.sensors, module.hours);
+    Ok(format!(
+        "learned module, {sensors} sensors, {} inputs, learnt from {recordings} recordings, {hours:.3} h",
+        channels - sensors
+    ))
+}
+
+/// Reads a learned module.
+///
+/// # Errors
+/// It is none, or its figures cannot be right.
+pub(crate) fn load_learned(file: &Path) -> Result<LearnedModule, ConfigErrors> {
+    let module: LearnedModule = SettingsFile::read(file)?.parse()?;
+    module.check().map_err(|problem| mistake(file, None, problem))?;
+    Ok(module)
 }
 
 /// Checks a reference alone; whether it fits a module is checked with that module's file.

@@ -1,14 +1,17 @@
 //! Readings judged by a module that `learn` made.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::PathBuf;
 
 use diagnosis::state::learned::{
     ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedJudge, LearnedModule,
 };
 use serde_json::{Map, Value, json};
+use settings::SettingsFile;
 
 use super::arguments::Arguments;
+use crate::check::kind::FileKind;
+use crate::check::load_learned;
 use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 use crate::learn;
@@ -18,24 +21,16 @@ use crate::table::{table, terminal_width};
 /// Rows by which the sampling rate is known.
 const ROWS_FOR_RATE: usize = 200;
 
-/// The learned module, if that is what the configuration holds.
+/// The learned module, if that is what the configuration is.
 ///
 /// # Errors
-/// A learned module with mistakes, or beside others.
+/// A file that cannot be read, or a learned module with mistakes.
 pub(super) fn load(files: &[PathBuf]) -> Result<Option<LearnedModule>, Failure> {
     let [file] = files else { return Ok(None) };
-    let text = std::fs::read_to_string(file).map_err(|error| Failure::unreadable(file, error))?;
-    // Whatever else it is, it is read and complained of as a diagnoser's configuration.
-    let is_learned = toml::from_str::<toml::Table>(&text)
-        .is_ok_and(|table| table.contains_key("change_threshold"));
-    if !is_learned {
-        return Ok(None);
-    }
-    let problem = |problem: String| Failure::input(format!("{}: {problem}", file.display()));
-    let module: LearnedModule =
-        toml::from_str(&text).map_err(|error| problem(error.to_string()))?;
-    module.check().map_err(problem)?;
-    Ok(Some(module))
+    // What is nothing of the kind is read and complained of as a diagnoser's configuration.
+    let is_learned = SettingsFile::read(file)
+        .is_ok_and(|document| FileKind::of(file, &document.text) == Ok(FileKind::Learned));
+    Ok(if is_learned { Some(load_learned(file)?) } else { None })
 }
 
 /// Judges a table.
@@ -45,7 +40,7 @@ pub(super) fn run(arguments: &Arguments, module: LearnedModule) -> Result<(), Fa
     };
     let names: Vec<String> = module.channels.iter().map(|channel| channel.name.clone()).collect();
     let (rows, name) = learn::open(file, &names, &arguments.table)?;
-    let mut out = io::BufWriter::new(io::stdout().lock());
+    let mut out = output::stdout();
     let mut report = LearnedReport { names: &names, json: arguments.json, out: &mut out };
     if !arguments.json {
         writeln!(report.out, "{name}: rows are counted from 0")?;

@@ -122,5 +122,5 @@ fn what_is_missing_is_named() {
     learn("e1,e2,e3", "Kraft")
         .fails(3, &["no column of times tells the sampling rate; add --rate HZ"]);
     std::fs::write(&out, "change_threshold = 3\n").unwrap();
-    run(&["detect", &file, "--config", &out]).fails(3, &["m.toml: ", "missing field"]);
+    run(&["detect", &file, "--config", &out]).fails(3, &["m.toml:", "missing field"]);
 }

@@ -65,6 +65,9 @@ use store::{JournalWriter, ModuleStore};
 
 use crate::config::DiagnoserConfig;
 
+/// How long the state directory may take to be read. The largest journals take two seconds of a processor; after this the
+/// disk counts as hung, and diagnosis begins without it.
+const OPENING_STATE: Duration = Duration::from_secs(5);
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
 /// How long it may take to withdraw what is on the network. Both times, the closing of the session and the end of the
@@ -121,7 +124,7 @@ struct OpenedStore {
 }
 
 impl OpenedStore {
-    /// Unless the end is asked for before the disk has answered.
+    /// Unless the end is asked for before the disk has answered. A disk that hangs is left to the journal's thread.
     async fn open_unless(
         config: &DiagnoserConfig,
         shutdown: &mut Shutdown,
@@ -129,12 +132,22 @@ impl OpenedStore {
         if let Some(directory) = &config.state.directory {
             tracing::info!(directory = %directory.display(), "opening the state directory");
         }
-        let config = config.clone();
-        let opening = tokio::task::spawn_blocking(move || Self::open(&config));
+        let owned = config.clone();
+        let opening = tokio::task::spawn_blocking(move || Self::open(&owned));
         tokio::select! {
-            opened = opening => opened.unwrap_or_else(|error| {
-                Err(Failure::running("the state directory cannot be opened", error))
-            }).map(Some),
+            opened = tokio::time::timeout(OPENING_STATE, opening) => match opened {
+                Ok(opened) => opened.unwrap_or_else(|error| {
+                    Err(Failure::running("the state directory cannot be opened", error))
+                }),
+                Err(_) => {
+                    let (writer, store) = JournalWriter::unanswered(
+                        config.state.directory.as_deref(),
+                        config.state.rotate_bytes(),
+                        config.module(),
+                    );
+                    Ok(Self { writer, store, watch: None })
+                }
+            }.map(Some),
             () = shutdown.requested() => Ok(None),
         }
     }

@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use recording::Stamp;
+use shell::occurrences::Occurrences;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use vocabulary::{
@@ -248,13 +249,16 @@ pub(super) async fn watch_diagnosers(
 ) -> zenoh::Result<Subscriber<()>> {
     let tokens = keys.tokens();
     let keys = keys.clone();
+    let refused = Occurrences::default();
     let seen = move |token: zenoh::sample::Sample| {
         if token.kind() == SampleKind::Put
             && keys.has(token.key_expr().as_str())
             && let Some(request) = module_request(token.key_expr().as_str())
             && !requests.add(request)
+            && let Some(times) = refused.note(Instant::now())
         {
-            tracing::warn!(token = %token.key_expr(), "diagnoser not queried: request queue full");
+            let token = token.key_expr();
+            tracing::warn!(%token, times, "diagnosers not queried: request queue full");
         }
     };
     session.liveliness().declare_subscriber(tokens).history(true).callback(seen).await

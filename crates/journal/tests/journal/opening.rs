@@ -47,6 +47,21 @@ fn a_directory_that_is_there_keeps_its_mode_and_its_other_files() {
 }
 
 #[test]
+fn no_link_is_followed() {
+    for name in ["journal", "lock"] {
+        let temporary = tempfile::tempdir().unwrap();
+        let (elsewhere, directory) =
+            (temporary.path().join("other"), temporary.path().join("state"));
+        fs::write(&elsewhere, "text").unwrap();
+        fs::create_dir(&directory).unwrap();
+        std::os::unix::fs::symlink(&elsewhere, directory.join(name)).unwrap();
+        let error = Journal::open(&directory).unwrap_err();
+        assert!(matches!(&error, OpenError::Io(e) if e.path == directory.join(name)), "{error}");
+        assert_eq!(fs::read(&elsewhere).unwrap(), b"text", "{name}");
+    }
+}
+
+#[test]
 fn a_file_in_place_of_the_directory_is_refused_by_name() {
     let temporary = tempfile::tempdir().unwrap();
     let file = temporary.path().join("file");

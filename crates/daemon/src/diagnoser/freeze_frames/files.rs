@@ -1,9 +1,8 @@
 //! The files of freeze frames: `freeze-frames/{incarnation}-{sequence}.json` in the state directory, each a message. They
 //! are written under another name first, so that a file is whole or not there.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 use vocabulary::{FreezeFrame, MAX_MESSAGE_BYTES};
@@ -62,9 +61,8 @@ impl FreezeFrameFiles {
         fs::create_dir_all(&self.0)?;
         let path = self.0.join(name(frame));
         let unfinished = path.with_extension(UNFINISHED);
-        let mut options = OpenOptions::new();
-        let mut file =
-            options.write(true).create(true).truncate(true).mode(0o600).open(&unfinished)?;
+        let mut options = journal::state_file();
+        let mut file = options.write(true).create(true).truncate(true).open(&unfinished)?;
         file.write_all(&bytes)?;
         file.sync_all()?;
         fs::rename(&unfinished, &path)?;

@@ -4,8 +4,8 @@
 //!
 //! Two places are written in turn, so that one of them is always whole.
 
-use std::fs::{File, OpenOptions};
-use std::os::unix::fs::{FileExt, OpenOptionsExt};
+use std::fs::File;
+use std::os::unix::fs::FileExt;
 use std::path::Path;
 
 use process::WatchedSteps;
@@ -33,9 +33,9 @@ impl WatchFile {
     /// # Errors
     /// It cannot be opened for writing.
     pub(crate) fn open(directory: &Path) -> std::io::Result<(Self, Option<WatchedSteps>)> {
-        let mut options = OpenOptions::new();
-        options.read(true).write(true).create(true).truncate(false).mode(0o600);
-        let file = options.open(directory.join("watch"))?;
+        let mut options = journal::state_file();
+        let file =
+            options.write(true).create(true).truncate(false).open(directory.join("watch"))?;
         let entries = (0..2).filter_map(|place| read(&file, place));
         let latest = entries.max_by_key(|entry| entry.number);
         let number = latest.as_ref().map_or(0, |entry| entry.number);

@@ -65,17 +65,7 @@ impl JournalWriter {
         rotate_bytes: u64,
         module: &ModuleName,
     ) -> Result<(Self, ModuleStore, Option<WatchedSteps>), StateError> {
-        let directory_shown = directory.map(|directory| directory.display().to_string());
-        let mut writer = Self {
-            directory: directory.map(Path::to_owned),
-            journal: None,
-            watch_file: None,
-            unread: false,
-            unsaved: VecDeque::new(),
-            incomplete: false,
-            rotate_bytes,
-            status: JournalStatus { directory: directory_shown, ..JournalStatus::default() },
-        };
+        let mut writer = Self::unopened(directory, rotate_bytes);
         let records = match writer.try_open() {
             Ok(records) => records,
             Err(error @ OpenError::InUse { .. }) => return Err(StateError::InUse(error)),
@@ -94,6 +84,36 @@ impl JournalWriter {
         let watch = writer.open_watch_file();
         let store = ModuleStore::new(components, writer.status.clone());
         Ok((writer, store, watch))
+    }
+
+    /// The journal of a directory that does not answer at the start, and the store without what it may hold. It is opened
+    /// when the disk answers.
+    pub(crate) fn unanswered(
+        directory: Option<&Path>,
+        rotate_bytes: u64,
+        module: &ModuleName,
+    ) -> (Self, ModuleStore) {
+        let mut writer = Self::unopened(directory, rotate_bytes);
+        writer.unread = true;
+        writer.tell_problem(&"the disk did not answer at the start");
+        let components = ComponentStore::restore(Vec::new(), module, clock::unix_ns());
+        writer.status.incarnation = components.incarnation();
+        let store = ModuleStore::new(components, writer.status.clone());
+        (writer, store)
+    }
+
+    fn unopened(directory: Option<&Path>, rotate_bytes: u64) -> Self {
+        let shown = directory.map(|directory| directory.display().to_string());
+        Self {
+            directory: directory.map(Path::to_owned),
+            journal: None,
+            watch_file: None,
+            unread: false,
+            unsaved: VecDeque::new(),
+            incomplete: false,
+            rotate_bytes,
+            status: JournalStatus { directory: shown, ..JournalStatus::default() },
+        }
     }
 
     /// Opens the journal; returns what it holds.
@@ -129,6 +149,10 @@ impl JournalWriter {
             return Err(problem.to_owned());
         }
         self.unread = false;
+        if self.watch_file.is_none() {
+            // How far an earlier process had watched is of no use any more.
+            self.open_watch_file();
+        }
         Ok(())
     }
 
