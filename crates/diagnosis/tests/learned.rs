@@ -126,6 +126,12 @@ fn faults_of_every_kind_are_named_with_their_sizes() {
                 onset as u64 + if what == "jump" || what == "missing" { 15 } else { 5 * 300 };
             let first = first.unwrap();
             assert!((onset as u64 - 10..latest).contains(&first), "{what} of {channel} at {first}");
+            if what == "drift" && channel < SENSORS {
+                let fault = verdicts.iter().find_map(|v| v.fault).unwrap();
+                let per_s = 0.5 * range / (5.0 * 60.0);
+                assert_eq!(fault.kind, DisplacementKind::Drift, "{channel}: {fault:?}");
+                assert!((fault.size / per_s - 1.0).abs() < 0.1, "{channel}: {fault:?}");
+            }
             if what == "jump" {
                 let fault = verdicts.iter().find_map(|v| v.fault).unwrap();
                 assert_eq!(fault.kind, DisplacementKind::Bias, "{channel}: {fault:?}");

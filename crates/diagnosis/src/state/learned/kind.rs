@@ -4,6 +4,8 @@ use super::LearnedChannel;
 
 /// The next kind has to fit so many times worse.
 const CLEARER: f64 = 1.5;
+/// A line fits at least as well as a constant.
+const DRIFT_PENALTY: f64 = 2.0;
 /// What is left may be so many times the wander before.
 const MOST_LEFT: f64 = 2.0;
 /// Displacements from which on a kind is told.
@@ -96,9 +98,14 @@ pub(super) fn fit(
     let times: Vec<f64> = found.iter().map(|d| d.at_s - start).collect();
     let truth: Vec<f64> = found.iter().zip(&sizes).map(|(d, size)| d.reading - size).collect();
     let ones = vec![1.0; sizes.len()];
+    // A drift is found after it has begun, so that its line does not begin at zero.
+    let middle = times.iter().sum::<f64>() / times.len() as f64;
+    let (along, off): (Vec<f64>, Vec<f64>) =
+        times.iter().zip(&sizes).map(|(time, size)| (time - middle, size - mean)).unzip();
+    let (drift, left) = slope(&along, &off);
     let mut fits = [
         (DisplacementKind::Bias, slope(&ones, &sizes)),
-        (DisplacementKind::Drift, slope(&times, &sizes)),
+        (DisplacementKind::Drift, (drift, left * DRIFT_PENALTY)),
         (DisplacementKind::Gain, slope(&truth, &sizes)),
     ];
     fits.sort_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
