@@ -140,7 +140,7 @@ fn learned(file: &Path) -> Result<String, ConfigErrors> {
 /// Reads a learned module.
 ///
 /// # Errors
-/// It is none, or its figures cannot be right.
+/// The file is not a learned module, or a value in it is out of range.
 pub(crate) fn load_learned(file: &Path) -> Result<LearnedModule, ConfigErrors> {
     let module: LearnedModule = SettingsFile::read(file)?.parse()?;
     module.check().map_err(|problem| mistake(file, None, problem))?;

@@ -70,11 +70,12 @@ fn judge(
             if let Some(problem) = row.problem.filter(|_| !arguments.table.skip_bad) {
                 return Err(Failure::input(format!("{}, {problem}", rows.name())));
             }
-            let values = if usable { row.values } else { &missing };
+            let values = if usable { row.values.to_vec() } else { missing.clone() };
             let step = if usable { row.step } else { next.unwrap_or(0) };
             let gap = next.map_or(0, |next: u64| step.saturating_sub(next));
+            learn::check_gap(rows.name(), gap)?;
             (0..gap).for_each(|_| waiting.push(missing.clone()));
-            waiting.push(values.to_vec());
+            waiting.push(values);
             next = Some(step + 1);
             all += 1;
         }

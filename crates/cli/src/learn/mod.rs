@@ -13,6 +13,9 @@ use crate::failure::Failure;
 use crate::output;
 use crate::table::{table, terminal_width};
 
+/// Most rows that may be missing in a row.
+const LONGEST_GAP: u64 = 1_000_000;
+
 /// Learn from recordings what sensors read under which loads, for `detect --config`
 ///
 /// FILES are tables (CSV, or what a logger or spreadsheet exports) of the healthy structure, one for each recording, with
@@ -89,8 +92,9 @@ fn read(
             return Err(Failure::input(format!("{name}, {problem}")));
         }
         let (step, values) = (row.step, row.values);
-        let place =
-            if usable { step - *first.get_or_insert(step) } else { channels[0].len() as u64 };
+        let read = channels[0].len() as u64;
+        let place = if usable { step - *first.get_or_insert(step) } else { read };
+        check_gap(&name, place - read)?;
         for (channel, samples) in channels.iter_mut().enumerate() {
             samples.resize(place as usize, f64::NAN);
             samples.push(if usable { values[channel] } else { f64::NAN });
@@ -99,6 +103,20 @@ fn read(
     rows.print_remarks();
     let step_s = step_s(&rows, rate)?;
     Ok(HealthyRecording { name, step_s, channels })
+}
+
+/// Missing rows are kept as missing samples, so that a step or time that cannot be right must not ask for too many.
+///
+/// # Errors
+/// More rows are missing than any recording lacks.
+pub(crate) fn check_gap(name: &str, missing: u64) -> Result<(), Failure> {
+    if missing <= LONGEST_GAP {
+        return Ok(());
+    }
+    let problem = format!("{missing} rows are missing in a row, at most {LONGEST_GAP} may be");
+    Err(Failure::input(format!(
+        "{name}: {problem}; correct the steps or times, or split the table"
+    )))
 }
 
 /// Opens a table with these columns.

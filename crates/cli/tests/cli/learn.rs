@@ -117,6 +117,12 @@ fn what_is_missing_is_named() {
     };
     learn("e1,e7", "Kraft").fails(3, &["missing column `e7`"]);
     learn("e1,e1", "Kraft").fails(3, &["duplicate name"]);
+    let whole = std::fs::read_to_string(&file).unwrap();
+    let steps: String = (0..99).map(|k| format!("{k};1,{k}\n")).collect();
+    std::fs::write(&file, format!("step;Kraft\n{steps}9000000000000;1,0\n")).unwrap();
+    let one = run(&["learn", &file, "--inputs", "Kraft", "--sensors", "#1", "--out", &out]);
+    one.fails(3, &["rows are missing in a row, at most 1000000 may be; correct the steps"]);
+    std::fs::write(&file, &whole).unwrap();
     let text = std::fs::read_to_string(&file).unwrap().replace("Zeit [s]", "n");
     std::fs::write(&file, text).unwrap();
     learn("e1,e2,e3", "Kraft")
