@@ -6,11 +6,15 @@
 //! z'_j² = z_j²/(1 + 1/n + (Q − z_j²)/n) is the distance in its terms (Hotelling's statistic with n in place of the
 //! degrees of freedom: windows of one snippet tell little more than one of them).
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// Added to each variance, as a share of it: what the arithmetic can resolve.
 const RIDGE: f64 = 1e-9;
+/// Inverses that are kept: of all values, and without some of them.
+const KEPT_INVERSES: usize = 8;
 /// Snippets of a second in a year are no more.
 const MOST_SNIPPETS: usize = 100_000_000;
 
@@ -166,19 +170,36 @@ impl Gaussian {
 
     /// Compares values with it; those that are not finite are left out. `None` if nothing is left, or no inverse.
     pub(crate) fn compare(&self, values: &[f64]) -> Option<GaussianComparison> {
-        let present: Vec<usize> = (0..values.len()).filter(|k| values[*k].is_finite()).collect();
-        let precision = self.precision(&present)?;
-        let off = |&place: &usize| (values[place] - self.mean[place]) / self.deviation[place];
-        let off = DVector::from_iterator(present.len(), present.iter().map(off));
-        let pull = &precision * &off;
-        Some(GaussianComparison {
-            scales: present.iter().map(|place| self.deviation[*place]).collect(),
-            distance: off.dot(&pull),
-            snippets: self.snippets as f64,
-            present,
-            precision,
-            pull,
-        })
+        self.compare_with(values, &mut Inverses::default())
+    }
+
+    /// The same with the inverses of earlier comparisons with this Gaussian, among which windows with the same values
+    /// present find theirs.
+    pub(crate) fn compare_with(
+        &self,
+        values: &[f64],
+        inverses: &mut Inverses,
+    ) -> Option<GaussianComparison> {
+        let is_present = |k: &usize| values[*k].is_finite();
+        let present = || (0..values.len()).filter(is_present);
+        let known = inverses.0.iter().position(|one| one.places.iter().copied().eq(present()));
+        match known {
+            Some(place) => inverses.0[..=place].rotate_right(1),
+            None => {
+                let places: Vec<usize> = present().collect();
+                let precision = self.precision(&places)?;
+                let scales = places.iter().map(|place| self.deviation[*place]).collect();
+                inverses.0.insert(0, Arc::new(Inverse { places, scales, precision }));
+                inverses.0.truncate(KEPT_INVERSES);
+            }
+        }
+        let inverse = Arc::clone(&inverses.0[0]);
+        let off = |(&place, scale): (&usize, &f64)| (values[place] - self.mean[place]) / scale;
+        let off = inverse.places.iter().zip(&inverse.scales).map(off);
+        let off = DVector::from_iterator(inverse.places.len(), off);
+        let pull = &inverse.precision * &off;
+        let distance = off.dot(&pull);
+        Some(GaussianComparison { distance, snippets: self.snippets as f64, inverse, pull })
     }
 
     /// The inverse of the correlations of these values.
@@ -195,13 +216,26 @@ impl Gaussian {
     }
 }
 
+/// Some values of a Gaussian without the others: what a comparison needs of them.
+#[derive(Debug, Clone)]
+struct Inverse {
+    /// Ascending.
+    places: Vec<usize>,
+    /// Their deviations.
+    scales: Vec<f64>,
+    /// The inverse of their correlations.
+    precision: DMatrix<f64>,
+}
+
+/// The inverses that the latest comparisons with one Gaussian needed, latest first.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Inverses(Vec<Arc<Inverse>>);
+
 /// How far values are from a Gaussian, some of them perhaps left out of consideration.
 #[derive(Debug, Clone)]
 pub(crate) struct GaussianComparison {
-    /// The places of the values that are there.
-    present: Vec<usize>,
-    scales: Vec<f64>,
-    precision: DMatrix<f64>,
+    /// Of the values that are there; those left out of consideration have a precision of 0.
+    inverse: Arc<Inverse>,
     pull: DVector<f64>,
     distance: f64,
     snippets: f64,
@@ -226,36 +260,35 @@ impl GaussianComparison {
 
     /// Is there a value at this place that is considered?
     pub(crate) fn considers(&self, place: usize) -> bool {
-        self.position(place).is_some_and(|k| self.precision[(k, k)] > 0.0)
+        self.position(place).is_some()
     }
 
     /// The value at a place against what the others that are considered say.
     pub(crate) fn departure(&self, place: usize) -> Option<ValueDeparture> {
-        let k = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0)?;
-        let (pull, weight) = (self.pull[k], self.precision[(k, k)]);
+        let k = self.position(place)?;
+        let (pull, weight) = (self.pull[k], self.inverse.precision[(k, k)]);
         let square = pull * pull / weight;
         let others = (self.distance - square).max(0.0);
         let spread = 1.0 + 1.0 / self.snippets + others / self.snippets;
         Some(ValueDeparture {
             plain: square.sqrt(),
             predicted: (square / spread).sqrt(),
-            size: self.scales[k] * pull / weight,
+            size: self.inverse.scales[k] * pull / weight,
         })
     }
 
     /// The same without the value at a place.
     pub(crate) fn without(&self, place: usize) -> GaussianComparison {
         let mut rest = self.clone();
-        let Some(k) = self.position(place).filter(|k| self.precision[(*k, *k)] > 0.0) else {
-            return rest;
-        };
-        let column = self.precision.column(k).clone_owned();
+        let Some(k) = self.position(place) else { return rest };
+        let precision = &mut Arc::make_mut(&mut rest.inverse).precision;
+        let column = precision.column(k).clone_owned();
         let (weight, pull) = (column[k], self.pull[k]);
-        rest.precision.ger(-1.0 / weight, &column, &column, 1.0);
+        precision.ger(-1.0 / weight, &column, &column, 1.0);
+        precision.row_mut(k).fill(0.0);
+        precision.column_mut(k).fill(0.0);
         rest.pull.axpy(-pull / weight, &column, 1.0);
         rest.distance = (self.distance - pull * pull / weight).max(0.0);
-        rest.precision.row_mut(k).fill(0.0);
-        rest.precision.column_mut(k).fill(0.0);
         rest.pull[k] = 0.0;
         rest
     }
@@ -267,8 +300,10 @@ impl GaussianComparison {
         n * ((n + self.distance) / (n + other.distance)).ln()
     }
 
+    /// Where a value that is considered stands among those that are there.
     fn position(&self, place: usize) -> Option<usize> {
-        self.present.binary_search(&place).ok()
+        let k = self.inverse.places.binary_search(&place).ok()?;
+        (self.inverse.precision[(k, k)] > 0.0).then_some(k)
     }
 }
 

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use super::super::fault_set::{is_evidence, smallest};
-use super::super::gaussian::{Gaussian, GaussianComparison, ValueDeparture};
+use super::super::gaussian::{Gaussian, GaussianComparison, Inverses, ValueDeparture};
 use super::LearnedModule;
 use super::kind::{Displacement, FittedKind, fit};
 use super::learning::set_rule;
@@ -327,13 +327,13 @@ impl LearnedJudge {
         !departs && self.far < AGREEING
     }
 
-    fn compare(&self, values: &[f64], masked: &[bool]) -> Option<GaussianComparison> {
+    fn compare(&mut self, values: &[f64], masked: &[bool]) -> Option<GaussianComparison> {
         let seen: Vec<f64> = values
             .iter()
             .zip(masked)
             .map(|(x, masked)| if *masked { f64::NAN } else { *x })
             .collect();
-        self.module.reference.compare(&seen)
+        self.module.reference.compare_with(&seen, &mut self.statistics.reference_inverses)
     }
 
     /// Remembers displacements of healthy channels, from which those after an onset are counted.
@@ -528,6 +528,8 @@ pub(super) fn differences(windows: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>
 #[derive(Debug, Clone, Default)]
 pub(super) struct Statistics {
     recent: VecDeque<Vec<f64>>,
+    reference_inverses: Inverses,
+    change_inverses: Inverses,
     reference: Vec<f64>,
     change: Vec<f64>,
     new_change: Vec<f64>,
@@ -559,7 +561,7 @@ impl Statistics {
         for (value, _) in difference.iter_mut().zip(masked).filter(|(_, masked)| **masked) {
             *value = f64::NAN;
         }
-        let comparison = gaussian.compare(&difference)?;
+        let comparison = gaussian.compare_with(&difference, &mut self.change_inverses)?;
         let departures: Vec<(usize, ValueDeparture)> =
             (0..masked.len()).filter_map(|k| Some((k, comparison.departure(k)?))).collect();
         self.new_change.resize(masked.len(), 0.0);
@@ -584,7 +586,7 @@ impl Statistics {
         window: &[f64],
     ) -> Largest {
         self.push(window);
-        let compared = reference.compare(window);
+        let compared = reference.compare_with(window, &mut self.reference_inverses);
         let predicted = |k| compared.as_ref()?.departure(k).map(|departure| departure.predicted);
         let now: Vec<f64> = (0..window.len()).map(|k| predicted(k).unwrap_or(0.0)).collect();
         let before = std::mem::replace(&mut self.reference, now);
