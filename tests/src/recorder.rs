@@ -11,6 +11,7 @@ use vocabulary::{Key, Topic};
 use crate::binaries::program;
 use crate::deployment::Deployment;
 use crate::in_time;
+use crate::interposer::Interposer;
 use crate::operate::{Ended, ended};
 use crate::process::Process;
 
@@ -33,12 +34,32 @@ impl Recorder {
     /// Starts one with more arguments.
     #[must_use]
     pub fn start_with(deployment: &Deployment, more: &[&str]) -> Self {
+        Self::launch(deployment, more, crate::folder::temporary(), None)
+    }
+
+    /// Starts one whose disk is behind an interposer with these commands.
+    #[must_use]
+    pub fn behind_interposer(deployment: &Deployment, commands: &[&str]) -> (Self, Interposer) {
         let folder = crate::folder::temporary();
+        let interposer = Interposer::of(folder.path().to_owned());
+        commands.iter().for_each(|command| interposer.order(command));
+        (Self::launch(deployment, &[], folder, Some(&interposer)), interposer)
+    }
+
+    fn launch(
+        deployment: &Deployment,
+        more: &[&str],
+        folder: TempDir,
+        interposer: Option<&Interposer>,
+    ) -> Self {
         let mut command = program("trusswatch");
         command.args(["record", "--structure", "tower", "--mode", "peer", "--into"]);
         command.arg(folder.path()).args(more);
         for endpoint in &deployment.endpoints {
             command.args(["--connect", endpoint]);
+        }
+        if let Some(interposer) = interposer {
+            interposer.preload(&mut command);
         }
         Self { process: deployment.start_other(command, "recorder"), folder }
     }

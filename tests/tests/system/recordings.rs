@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use daemon::config::Schedule;
+use nix::sys::signal::Signal;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::lab::{Impairment, Lab, Node};
@@ -13,7 +14,7 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::scenarios::{self, ONSET, STEPS};
-use system_tests::turn;
+use system_tests::{in_time, turn};
 use vocabulary::{RunId, fault::Fault};
 
 const RUN: RunId = RunId(7);
@@ -142,6 +143,64 @@ async fn across_the_restart_of_a_diagnoser() {
     let verified = recorded.verify().await;
     println!("across a restart: {verified:?}");
     assert!(verified.verdicts > 0 && verified.processes == 3, "{verified:?}");
+}
+
+/// What it did not hear while it was stopped, the publishers still have.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_that_is_paused_fetches_what_it_missed() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    deployment.patient_but_for_leases();
+    let recorded = Recorded::raise(deployment, "real", ONSET + 3000, 904).await;
+    let clock = PlantClock::of(&recorded.observer).await;
+    clock.reach(RUN, ONSET - 200).await;
+    recorded.recorder.process().signal(Signal::SIGSTOP);
+    clock.reach(RUN, ONSET + 600).await;
+    recorded.recorder.process().signal(Signal::SIGCONT);
+    let verified = recorded.verify().await;
+    println!("with a recorder that was paused: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_whose_disk_is_full_from_the_start_says_so_and_records_once_it_is_not() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let diagnosers = deployment.start_diagnosers();
+    let (mut recorder, interposer) = Recorder::behind_interposer(&deployment, &["full"]);
+    let observer = Observer::of(&deployment).await;
+    observer.wait_for(&MODULES, false).await;
+    let _plant = deployment.start_plant("real", ONSET + 60_000, 905, RUN);
+    let degraded = async {
+        while !recorder.process().log().contains("dropping messages until the disk is writable") {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
+    in_time("the recorder's warning", degraded).await;
+    assert_eq!(recorder.bytes(), 0);
+    interposer.call_off("full");
+    let has_states = async {
+        loop {
+            let messages = recorder.messages();
+            let has_state = |module: &&str| {
+                let inputs = messages.iter().filter(|one| one.topic.ends_with("/input"));
+                let mut of_module = inputs.filter(|one| one.topic.contains(module));
+                of_module.any(|one| String::from_utf8_lossy(&one.payload).contains("\"state\""))
+            };
+            if MODULES.iter().all(has_state) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(50)).await;
+        }
+    };
+    in_time("the diagnosers' states in the recording", has_states).await;
+    recorder.end().await;
+    // The part of the run from there on.
+    let ended = recorder.replay(&["--verify", "--json"]).await;
+    assert_eq!(ended.code, Some(0), "{ended:?}");
+    for diagnoser in diagnosers {
+        diagnoser.stop().await;
+    }
 }
 
 /// The recorder begins in the middle; and of a recording in several files each one is compared by itself.

@@ -38,7 +38,7 @@ impl OwedStates {
         self.0.entry((structure, module)).or_default().attempts = ATTEMPTS;
     }
 
-    /// Another file begins.
+    /// Another file begins, or the present one has a hole.
     pub(super) fn begin_file(&mut self) {
         for head in self.0.values_mut() {
             *head = ModuleHead { attempts: ATTEMPTS, asked: None, first: None };

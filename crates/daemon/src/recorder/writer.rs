@@ -300,6 +300,9 @@ impl RecordingThread {
         self.retry_at = None;
         if self.report.problem.take().is_some() {
             tracing::info!("the disk can be written again");
+            // Samples are missing, and a state that came meanwhile: the replay goes on from a new one.
+            self.states.begin_file();
+            self.ask_states();
         }
     }
 
