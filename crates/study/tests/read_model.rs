@@ -7,7 +7,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use diagnosis::messages::Speaker;
-use diagnosis::state::WindowLength;
 use diagnosis::{GivenOrder, GivenOrderKind, Span};
 use observer::{Journals, ModuleHistory, ModuleView, NetworkState, News, StateRow, Structures};
 use process::{ComponentStore, JournalRecord, NO_SAMPLE_YET, RecentRefusals, Staleness};
@@ -52,6 +51,8 @@ struct Process {
     journal: Vec<JournalRecord>,
     is_up: bool,
     last_sample: Option<u64>,
+    /// The latest that were noted.
+    conditions: Vec<Condition>,
 }
 
 impl Process {
@@ -66,7 +67,15 @@ impl Process {
         let components = rig.diagnosers()[place].components();
         store.configure(&speaker.module, components, NO_SAMPLE_YET.to_owned(), unix_ns(now));
         let staleness = Staleness::new(Duration::from_millis(STALE_AFTER));
-        Self { speaker, store, staleness, journal: records, is_up: true, last_sample: None }
+        Self {
+            speaker,
+            store,
+            staleness,
+            journal: records,
+            is_up: true,
+            last_sample: None,
+            conditions: Vec::new(),
+        }
     }
 
     /// The message on its phase, if that or what it monitors has changed.
@@ -268,7 +277,8 @@ impl<'a> World<'a> {
     fn note_conditions(&mut self, place: usize) {
         let conditions: Vec<Condition> =
             self.rig.diagnosers()[place].conditions().cloned().collect();
-        self.processes[place].store.conditions(conditions, unix_ns(self.now));
+        self.processes[place].store.conditions(conditions.clone(), unix_ns(self.now));
+        self.processes[place].conditions = conditions;
     }
 
     fn restart(&mut self, place: usize) {
@@ -354,7 +364,9 @@ impl<'a> World<'a> {
 
     /// What the process does beside diagnosing.
     fn surround(&mut self, place: usize, lost: bool) {
-        if !lost && self.rig.diagnosers()[place].window(WindowLength::Long).is_some() {
+        // A window ended, or a peer's answer concluded one.
+        let noted = &self.processes[place].conditions;
+        if !self.rig.diagnosers()[place].conditions().eq(noted) {
             self.note_conditions(place);
         }
         let is_tick = self.now.is_multiple_of(TICK);

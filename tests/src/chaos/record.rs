@@ -98,10 +98,10 @@ impl Record {
         }
     }
 
-    /// How far a module has come.
+    /// How far a module has come. After a restart it takes samples from before once more, and knows what it found by then.
     pub(super) fn note_progress(&mut self, module: ModuleName, progress: Progress) {
         let standing = self.standings.entry(module).or_default();
-        if progress.run == self.run && progress.step != standing.step {
+        if progress.run == self.run && progress.step > standing.step {
             standing.come_further();
             standing.step = progress.step;
         }
@@ -215,5 +215,31 @@ impl Record {
                 true => None,
             }
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use vocabulary::Verdict;
+
+    #[test]
+    fn a_verdict_from_before_a_restart_is_true_while_older_samples_are_taken_again() {
+        let gage: ComponentPath = "module2/sensor/g1".parse().unwrap();
+        let mut timeline = Timeline::default();
+        timeline.note(gage.clone(), Step(3040), Held::Latched);
+        let mut record = Record::against(timeline, RunId(1));
+        let module = gage.module.clone();
+        let waiting = ModuleStatus::waiting("tower".parse().unwrap(), module.clone());
+        record.note_status(ModuleStatus { phase: ModulePhase::InService, ..waiting });
+        let untouched = FaultTransition::untouched("tower".parse().unwrap(), gage, 0);
+        let state = FaultTransition { verdict: Verdict::Latched, ..untouched };
+        for step in [3100, 500, 1200, 2000, 2900, 3100, 4000] {
+            let progress = Progress { run: RunId(1), step: Step(step) };
+            record.note_progress(module.clone(), progress);
+            let since = record.standings[&module].step;
+            record.note_state(&state, since);
+        }
+        assert_eq!(record.wrong, BTreeSet::new());
     }
 }

@@ -136,12 +136,13 @@ impl Scene {
 }
 
 /// What a state was when it was judged last, whatever has become unknown since, for the plant has ended by then, and
-/// whatever else has been found of the fault.
+/// whatever else has been found of the fault. Transitions have no condition, states have the present one.
 fn last_judged(mut state: FaultTransition) -> FaultTransition {
     if state.unknown.take().is_some() && state.state() == FaultState::Unknown {
         state.verdict = vocabulary::Verdict::Normal;
     }
     state.identification = None;
+    state.condition = None;
     state
 }
 
