@@ -20,7 +20,7 @@ struct SampleEntry {
     head: SampleHead,
     /// Where its values begin.
     at: usize,
-    /// How many demands, pairs of pressures, elongations.
+    /// How many demands, pairs of pressures, elongations or readings.
     lengths: [usize; 3],
 }
 
@@ -39,12 +39,13 @@ impl Samples {
         let head =
             SampleHead { run: sample.run, step: sample.step, time_unix_ns: sample.time_unix_ns };
         let at = self.values.len();
-        let lengths =
-            [sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len()];
+        let gages = sample.elongations_m.len() + sample.readings.len();
+        let lengths = [sample.demands_n.len(), sample.pressures_pa.len(), gages];
         self.entries.push(SampleEntry { head, at, lengths });
         self.values.extend_from_slice(&sample.demands_n);
         self.values.extend(sample.pressures_pa.iter().flatten());
         self.values.extend_from_slice(&sample.elongations_m);
+        self.values.extend_from_slice(&sample.readings);
     }
 
     /// Brings them into order.
@@ -166,7 +167,8 @@ mod tests {
             time_unix_ns,
             demands_n: vec![value],
             pressures_pa: vec![[2.0, 3.0]],
-            elongations_m: vec![4.0, f64::NAN],
+            elongations_m: vec![4.0],
+            readings: vec![f64::NAN],
         }
     }
 

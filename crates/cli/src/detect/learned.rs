@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
     ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedJudge, LearnedModule,
 };
@@ -11,7 +12,6 @@ use settings::SettingsFile;
 
 use super::arguments::Arguments;
 use crate::check::kind::FileKind;
-use crate::check::load_learned;
 use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 use crate::learn;
@@ -21,16 +21,22 @@ use crate::table::{table, terminal_width};
 /// Rows by which the sampling rate is known.
 const ROWS_FOR_RATE: usize = 200;
 
-/// The learned module, if that is what the configuration is.
+/// The learned module, if the configuration is one or a diagnoser's that names one.
 ///
 /// # Errors
 /// A file that cannot be read, or a learned module with mistakes.
 pub(super) fn load(files: &[PathBuf]) -> Result<Option<LearnedModule>, Failure> {
     let [file] = files else { return Ok(None) };
     // What is nothing of the kind is read and complained of as a diagnoser's configuration.
-    let is_learned = SettingsFile::read(file)
-        .is_ok_and(|document| FileKind::of(file, &document.text) == Ok(FileKind::Learned));
-    Ok(if is_learned { Some(load_learned(file)?) } else { None })
+    let Ok(document) = SettingsFile::read(file) else { return Ok(None) };
+    if FileKind::of(file, &document.text) == Ok(FileKind::Learned) {
+        return Ok(Some(load_learned(file)?));
+    }
+    if !document.has(&["learned"]) {
+        return Ok(None);
+    }
+    let learned = load_diagnoser(file)?.module_setup().learned;
+    Ok(learned.map(|module| LearnedModule::clone(&module)))
 }
 
 /// Judges a table.
