@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 use settings::SettingsFile;
 
 use super::arguments::Arguments;
+use super::picture::Picture;
 use crate::check::kind::FileKind;
 use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
@@ -63,6 +64,7 @@ fn judge(
     report: &mut LearnedReport<'_, impl Write>,
 ) -> Result<(), Failure> {
     let missing = vec![f64::NAN; report.names.len()];
+    let mut picture = arguments.svg.as_ref().map(|file| (Picture::new(), file));
     // Until the rate is known, rows wait.
     let mut waiting: Vec<Vec<f64>> = Vec::new();
     let mut judge: Option<LearnedJudge> = None;
@@ -91,7 +93,12 @@ fn judge(
         }
         if let Some(judge) = &mut judge {
             for sample in waiting.drain(..) {
-                judge.take(&sample).iter().try_for_each(|verdict| report.verdict(verdict))?;
+                let verdicts = judge.take(&sample);
+                verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+                if let Some((picture, _)) = &mut picture {
+                    picture.take(&sample, judge);
+                    verdicts.iter().for_each(|verdict| picture.shade(verdict));
+                }
             }
         }
         if ended {
@@ -108,6 +115,10 @@ fn judge(
     };
     let (verdicts, summary) = judge.finish();
     verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+    if let Some((picture, file)) = &mut picture {
+        verdicts.iter().for_each(|verdict| picture.shade(verdict));
+        picture.write(file, rows.name(), report.names)?;
+    }
     report.summary(all, &summary)
 }
 
