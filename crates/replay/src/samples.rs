@@ -48,6 +48,20 @@ impl Samples {
         self.values.extend_from_slice(&sample.readings);
     }
 
+    /// Keeps of each the readings at these places, in this order; nothing else.
+    pub fn select(&mut self, places: &[usize]) {
+        let mut values = Vec::with_capacity(self.entries.len() * places.len());
+        for entry in &mut self.entries {
+            let [demands, pairs, gages] = entry.lengths;
+            let readings = entry.at + demands + 2 * pairs;
+            let reading = |place: usize| (place < gages).then(|| self.values[readings + place]);
+            entry.at = values.len();
+            entry.lengths = [0, 0, places.len()];
+            values.extend(places.iter().map(|place| reading(*place).unwrap_or(f64::NAN)));
+        }
+        self.values = values;
+    }
+
     /// Brings them into order.
     pub(crate) fn sort(&mut self) {
         let Self { entries, values } = self;
@@ -190,5 +204,9 @@ mod tests {
         assert_eq!((one.step, one.demands_n[0]), (Step(3), 7.0));
         assert_eq!(one.pressures_pa, [[2.0, 3.0]]);
         assert_eq!(one.elongations_m[0], 4.0);
+        samples.select(&[2, 0]);
+        samples.read(3, &mut one);
+        assert!(one.demands_n.is_empty() && one.elongations_m[0].is_nan());
+        assert_eq!(one.elongations_m[1], 4.0);
     }
 }

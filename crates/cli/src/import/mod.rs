@@ -26,7 +26,8 @@ use map::{ImportMap, Source, proposal};
 /// rates come together on one step: a value is held until its table's next row is due, and what is missing stays
 /// missing. The offset between clocks is given in the map, or estimated from a column that all loggers measure.
 ///
-/// `learn`, `detect`, `export`, `commission` and `replay` read the recording.
+/// `learn`, `detect`, `export`, `commission` and `replay` read the recording. For `replay --publish` to a learned module's
+/// diagnoser the map has to name that one's configuration: samples then have its channels, in its order.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "\
 Example:

@@ -87,6 +87,14 @@ fn two_loggers_become_a_recording_that_is_learnt_and_judged() {
     for part in [">e1<", ">F<", ">faulty<", ">expected<"] {
         assert!(picture.contains(part), "{part}");
     }
+    let config = here.join("span.toml");
+    let text =
+        "module = 'span'\nstructure_name = 'bridge'\nlearned = 'learned.toml'\nstep_s = 0.2\n";
+    std::fs::write(&config, text).unwrap();
+    // The learned module has its channels in another order than the recording.
+    let replayed = run(&["replay", &today, "--config", &config.display().to_string()]);
+    assert!(replayed.stdout.contains("span/sensor/e1"), "{}", replayed.stdout);
+    assert!(!replayed.stdout.contains("span/sensor/F"), "{}", replayed.stdout);
     let tables = here.join("tables").display().to_string();
     run(&["export", &today, "--csv", &tables]).succeeds();
     let table = std::fs::read_to_string(here.join("tables/span-run-1.csv")).unwrap();
