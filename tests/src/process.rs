@@ -22,7 +22,8 @@ pub struct Process {
 impl Process {
     /// Starts one that logs into a folder under a name. One that is started again writes on where the one
     /// before it ended.
-    pub(crate) fn start(mut command: Command, folder: &Path, name: &str) -> Self {
+    #[must_use]
+    pub fn start(mut command: Command, folder: &Path, name: &str) -> Self {
         let log = log_file(folder, name);
         let file = File::options().append(true).create(true).open(&log).unwrap();
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);

@@ -1,6 +1,7 @@
 //! A recorder beside a deployment, and what a replay says of its recording.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 use nix::sys::signal::Signal;
@@ -52,16 +53,20 @@ impl Recorder {
         folder: TempDir,
         interposer: Option<&Interposer>,
     ) -> Self {
-        let mut command = program("trusswatch");
-        command.args(["record", "--structure", "tower", "--mode", "peer", "--into"]);
-        command.arg(folder.path()).args(more);
-        for endpoint in &deployment.endpoints {
-            command.args(["--connect", endpoint]);
-        }
+        let mut command = record("tower", &folder, &deployment.endpoints);
+        command.args(more);
         if let Some(interposer) = interposer {
             interposer.preload(&mut command);
         }
         Self { process: deployment.start_other(command, "recorder"), folder }
+    }
+
+    /// Starts one of another structure, which logs into a folder.
+    #[must_use]
+    pub fn start_of(structure: &str, endpoints: &[String], logs: &Path) -> Self {
+        let folder = crate::folder::temporary();
+        let command = record(structure, &folder, endpoints);
+        Self { process: Process::start(command, logs, "recorder"), folder }
     }
 
     /// Its files, oldest first.
@@ -132,6 +137,16 @@ impl Recorder {
         command.arg("replay").args(files).args(words);
         ended(command).await
     }
+}
+
+fn record(structure: &str, into: &TempDir, endpoints: &[String]) -> Command {
+    let mut command = program("trusswatch");
+    command.args(["record", "--structure", structure, "--mode", "peer", "--into"]);
+    command.arg(into.path());
+    for endpoint in endpoints {
+        command.args(["--connect", endpoint]);
+    }
+    command
 }
 
 fn is_configuration(message: &Recorded, wanted: &str) -> bool {

@@ -5,8 +5,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, demo, detect, export, fault, faults, follow,
-    generate, health, history, inject, join, learn, model, order, record, replay, replicate,
-    router, schema, stroke, study, watch, web,
+    generate, health, history, import, inject, join, learn, model, order, record, replay,
+    replicate, router, schema, stroke, study, watch, web,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -50,6 +50,7 @@ pub(crate) enum TopCommand {
     Study(Box<study::Arguments>),
     Replay(Box<replay::Arguments>),
     Export(export::Arguments),
+    Import(import::Arguments),
     Learn(learn::Arguments),
     Detect(detect::Arguments),
     Calibrate(calibrate::Arguments),
@@ -69,7 +70,10 @@ const GROUPS: [(&str, &[&str]); 4] = [
     ),
     ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
-    ("Analyse", &["replay", "export", "study", "learn", "detect", "calibrate", "commission"]),
+    (
+        "Analyse",
+        &["replay", "export", "study", "import", "learn", "detect", "calibrate", "commission"],
+    ),
 ];
 
 /// The command line with its subcommands grouped in the help.

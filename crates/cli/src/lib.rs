@@ -22,6 +22,7 @@ mod follow;
 mod generate;
 mod health;
 mod history;
+mod import;
 mod inject;
 mod join;
 mod learn;
@@ -64,6 +65,7 @@ pub fn run() -> ExitCode {
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         TopCommand::Model(arguments) => model::run(&arguments),
         TopCommand::Detect(arguments) => detect::run(&arguments),
+        TopCommand::Import(arguments) => import::run(&arguments),
         TopCommand::Learn(arguments) => learn::run(&arguments),
         TopCommand::Replay(arguments) => replay::run(&arguments),
         TopCommand::Export(arguments) => export::run(&arguments),

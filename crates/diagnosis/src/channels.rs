@@ -6,6 +6,7 @@ use vocabulary::{Component, ModulePhase, Step};
 use crate::coverage::Coverage;
 use crate::divergence::{DivergenceBank, DivergenceOutcome, DivergenceSettings, Violation};
 use crate::event::Action;
+use crate::learned_channels::LearnedChannels;
 use crate::monitor::{Monitor, Observation};
 use crate::recent::Recent;
 use crate::residual::ResidualGenerator;
@@ -26,6 +27,9 @@ pub(crate) struct ChannelLayout {
 
 impl ChannelLayout {
     pub(crate) fn of(setup: &ModuleSetup) -> Self {
+        if let Some(learned) = &setup.learned {
+            return Self { actuators: 0, gages: learned.channels.len() };
+        }
         let module = setup.structure.module(&setup.module);
         let (actuators, gages) =
             module.map_or((0, 0), |module| (module.actuators.len(), module.gages.len()));
@@ -59,6 +63,8 @@ pub(crate) enum Occurrence {
     Quiet,
     /// It has had no usable signal for too long.
     SignalLost { signal: Signal, since: Step },
+    /// Its reading is not what the other channels of a learned module say, since `onset`.
+    Departed { onset: Step, before_service: bool },
 }
 
 /// Residuals, divergences and monitors of all channels.
@@ -68,7 +74,10 @@ pub(crate) struct Channels {
     components: Vec<Component>,
     settings: DivergenceSettings,
     validity: Validity,
-    generator: ResidualGenerator,
+    /// None in a learned module.
+    generator: Option<ResidualGenerator>,
+    /// In place of residuals and divergences.
+    learned: Option<LearnedChannels>,
     bank: DivergenceBank,
     monitors: Vec<Monitor>,
     evidence: Vec<Evidence>,
@@ -105,13 +114,12 @@ impl Channels {
         let layout = ChannelLayout::of(setup);
         let components = setup.components();
         let detection = &setup.detection;
-        let generator = ResidualGenerator::new(
-            &setup.structure,
-            setup.hydraulics,
-            detection.actuator_residual,
-            setup.step_s,
-        )
-        .map_err(|error| {
+        let learned = setup.learned.as_deref().map(|module| LearnedChannels::new(module, setup));
+        let generator = || {
+            let residual = detection.actuator_residual;
+            ResidualGenerator::new(&setup.structure, setup.hydraulics, residual, setup.step_s)
+        };
+        let generator = learned.is_none().then(generator).transpose().map_err(|error| {
             vec![SetupError::Model { module: setup.module.clone(), error: error.to_string() }]
         })?;
         let bank = DivergenceBank::new(detection.divergence, &setup.prior_scatters())
@@ -130,6 +138,7 @@ impl Channels {
             between: vec![0.0; components.len()],
             settings: detection.divergence,
             generator,
+            learned,
             bank,
             monitors,
             coverage: Coverage::default(),
@@ -166,7 +175,8 @@ impl Channels {
 
     /// Forgets the run.
     pub(crate) fn end_run(&mut self) {
-        self.generator.restart();
+        self.generator.iter_mut().for_each(ResidualGenerator::restart);
+        self.learned.iter_mut().for_each(LearnedChannels::restart);
         self.bank.restart();
         self.validity.forget();
         self.monitors.iter_mut().for_each(Monitor::restart);
@@ -183,8 +193,10 @@ impl Channels {
     /// the structure's oscillation is not known, and what the models do while they settle would look like a
     /// fault.
     pub(crate) fn bridge(&mut self, last: Step, missing: u64) {
-        let follows = self.generator.bridge(missing);
-        if missing <= self.longest_filled && follows && self.generator.is_settled() {
+        self.learned.iter_mut().for_each(|learned| learned.skip(missing));
+        let Some(generator) = &mut self.generator else { return };
+        let follows = generator.bridge(missing);
+        if missing <= self.longest_filled && follows && generator.is_settled() {
             self.unfilled = missing;
             return;
         }
@@ -210,10 +222,11 @@ impl Channels {
     /// Gives the bank residuals on a straight line to those of the present step in place of the lost ones.
     fn fill(&mut self) {
         let missing = std::mem::take(&mut self.unfilled);
+        let Some(generator) = &self.generator else { return };
         for place in 1..=missing {
             let share = place as f64 / (missing + 1) as f64;
             for (between, (before, now)) in
-                self.between.iter_mut().zip(self.latest.iter().zip(self.generator.residuals()))
+                self.between.iter_mut().zip(self.latest.iter().zip(generator.residuals()))
             {
                 *between = before + share * (now - before);
             }
@@ -224,11 +237,16 @@ impl Channels {
     /// Takes the next sample.
     pub(crate) fn observe(&mut self, sample: &Measurements) {
         self.occurrences.clear();
+        if self.learned.is_some() {
+            return self.observe_readings(sample);
+        }
         self.complete(sample);
-        let settled = self.generator.is_settled();
-        self.generator.push(self.validity.completed().unwrap_or(sample));
+        let Some(generator) = &mut self.generator else { return };
+        let settled = generator.is_settled();
+        generator.push(self.validity.completed().unwrap_or(sample));
         self.fill();
-        for (channel, residual) in self.generator.residuals().iter().enumerate() {
+        let residuals = self.generator.iter().flat_map(ResidualGenerator::residuals);
+        for (channel, residual) in residuals.enumerate() {
             if self.validity.supply(channel) == Supply::Good {
                 self.latest[channel] = *residual;
             }
@@ -268,8 +286,21 @@ impl Channels {
         self.recent.take_divergences(divergences.map(|known| known.unwrap_or(f64::NAN)));
     }
 
+    /// Takes the next sample of a learned module.
+    fn observe_readings(&mut self, sample: &Measurements) {
+        let Self { learned, evidence, occurrences, recent, measured: [residuals, ..], .. } = self;
+        let Some(learned) = learned else { return };
+        learned.take(sample, evidence, occurrences);
+        for (residual, evidence) in residuals.iter_mut().zip(evidence.iter()) {
+            *residual = evidence.divergence.map_or(f64::NAN, |_| evidence.residual);
+        }
+        recent.take(sample, residuals, &[]);
+        recent.take_divergences(evidence.iter().map(|one| one.divergence.unwrap_or(f64::NAN)));
+    }
+
     /// Takes the sample into the windows, as far as it can be believed.
     fn measure(&mut self, sample: &Measurements, settled: bool) {
+        let Some(generator) = &self.generator else { return };
         let [residuals, forces_n, contents_pa] = &mut self.measured;
         let forces_known = self.validity.force_is_assumed().is_none();
         for (channel, value) in residuals.iter_mut().enumerate() {
@@ -279,7 +310,7 @@ impl Channels {
             let tare = if of_gage { self.tares[channel] } else { 0.0 };
             *value = if usable { self.latest[channel] - tare } else { f64::NAN };
         }
-        let observed = self.generator.forces_n().iter().zip(self.generator.contents_pa());
+        let observed = generator.forces_n().iter().zip(generator.contents_pa());
         let kept = forces_n.iter_mut().zip(contents_pa.iter_mut());
         for (channel, ((force, content), (observed_n, observed_pa))) in
             kept.zip(observed).enumerate()
@@ -321,6 +352,7 @@ impl Channels {
     /// pressure, every channel is, because an unknown force moved the structure.
     fn complete(&mut self, sample: &Measurements) {
         let Self { validity, generator, occurrences, bank, monitors, .. } = self;
+        let Some(generator) = generator else { return };
         for (channel, monitor) in monitors.iter_mut().enumerate() {
             if validity.supply(channel) == Supply::None {
                 // Until it has a value, it is as one that begins.
@@ -345,7 +377,8 @@ impl Channels {
     /// fourth power of the residual's deviation.
     pub(crate) fn excess(&self, channel: usize) -> f64 {
         let evidence = &self.evidence[channel];
-        let (ratio, margin) = (evidence.ratio(), self.generator.margin_n(channel));
+        let margin = self.generator.as_ref().map_or(0.0, |one| one.margin_n(channel));
+        let ratio = evidence.ratio();
         if ratio <= 1.0 || margin == 0.0 {
             return ratio;
         }
@@ -358,13 +391,15 @@ impl Channels {
     /// residual cannot, because the structure is slow.
     pub(crate) fn may_come_of_gap(&self, channel: usize) -> bool {
         let evidence = &self.evidence[channel];
+        let swing_n = || self.generator.as_ref().map_or(0.0, |one| one.swing_n(channel));
         self.layout.gage(channel).is_none()
-            && (evidence.residual - evidence.level).abs() <= self.generator.swing_n(channel)
+            && (evidence.residual - evidence.level).abs() <= swing_n()
     }
 
     /// Lacks the latest sample any value?
     pub(crate) fn is_incomplete(&self) -> bool {
-        self.validity.is_incomplete()
+        let learned = self.learned.as_ref().is_some_and(LearnedChannels::is_incomplete);
+        learned || self.validity.is_incomplete()
     }
 
     /// The actuator without a signal whose force a gage's residual rests on all the same.
@@ -375,6 +410,7 @@ impl Channels {
     /// A channel's missing values are forgotten.
     pub(crate) fn forgive(&mut self, channel: usize) {
         self.validity.forgive(channel);
+        self.learned.iter_mut().for_each(|learned| learned.forgive(channel));
     }
 
     /// What the channels did at the latest step, in their order.
@@ -390,7 +426,11 @@ impl Channels {
             // One that is known to be faulty is not waited for.
             self.validity.is_lost(channel) || monitor.is_watched() && has_divergence
         };
-        if self.monitors.iter().enumerate().all(sees) {
+        let watches = match &self.learned {
+            Some(learned) => learned.is_watching(),
+            None => self.monitors.iter().enumerate().all(sees),
+        };
+        if watches {
             self.coverage.watch(step);
         } else {
             self.coverage.lose(step.minus(1));
@@ -432,6 +472,11 @@ impl Channels {
 
     pub(crate) fn evidence(&self) -> &[Evidence] {
         &self.evidence
+    }
+
+    /// What a learned module has in place of divergences.
+    pub(crate) fn learned(&self) -> Option<&LearnedChannels> {
+        self.learned.as_ref()
     }
 
     pub(crate) fn monitor(&self, channel: usize) -> &Monitor {

@@ -47,7 +47,7 @@ impl Diagnoser {
         actions: &mut Vec<Action>,
     ) -> Result<u64, OrderRefusal> {
         let now = self.intake.position().unwrap_or_default();
-        let evidence = *self.channels.monitor(channel).evidence();
+        let evidence = self.channels.evidence()[channel];
         let transition = self.judging.ledger.set_aside(channel, given, now, evidence)?;
         let sequence = transition.sequence;
         actions.push(Action::Publish(transition));
@@ -106,7 +106,7 @@ impl Diagnoser {
     fn start_anew(&mut self, channel: usize) -> Verdict {
         self.judging.isolator.drop_cases(channel);
         self.channels.forgive(channel);
-        let agrees = match self.comparing.condition(channel) {
+        let agrees = match self.condition(channel) {
             Condition::Agrees { from, .. } => {
                 self.is_after_detection(*from, &self.channels.components()[channel])
             }
@@ -127,6 +127,10 @@ impl Diagnoser {
         channel: usize,
         component: &Component,
     ) -> Result<(), OrderRefusal> {
+        if self.channels.learned().is_some() {
+            // It has no divergence that could go on.
+            return Ok(());
+        }
         let component = component.clone();
         let monitor = self.channels.monitor(channel);
         if !monitor.is_watched() {
@@ -156,7 +160,7 @@ impl Diagnoser {
         channel: usize,
         component: Component,
     ) -> Result<(), OrderRefusal> {
-        match self.comparing.condition(channel) {
+        match self.condition(channel) {
             Condition::Agrees { from, .. } if self.is_after_detection(*from, &component) => Ok(()),
             // What it agreed in may have been before the fault.
             Condition::Agrees { .. } => Err(OrderRefusal::NotCompared(component)),

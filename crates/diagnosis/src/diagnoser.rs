@@ -282,9 +282,25 @@ impl Diagnoser {
         self.channels.window(length)
     }
 
+    /// Did a window end at the latest step after which conditions are known anew?
+    #[must_use]
+    pub fn has_compared(&self) -> bool {
+        match self.channels.learned() {
+            Some(learned) => learned.has_compared(),
+            None => self.window(WindowLength::Long).is_some(),
+        }
+    }
+
     /// The condition of each component, in the order of [`Diagnoser::components`].
     pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
-        (0..self.channels.components().len()).map(|channel| self.comparing.condition(channel))
+        (0..self.channels.components().len()).map(|channel| self.condition(channel))
+    }
+
+    pub(crate) fn condition(&self, channel: usize) -> &Condition {
+        match self.channels.learned() {
+            Some(learned) => learned.condition(channel),
+            None => self.comparing.condition(channel),
+        }
     }
 
     /// The verdict on each component.

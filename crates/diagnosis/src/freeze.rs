@@ -19,6 +19,8 @@ pub(crate) struct Freezing {
     sampling: Sampling,
     step_s: f64,
     actuators: usize,
+    /// Of gages' readings and residuals; empty if each has its own.
+    unit: String,
 }
 
 impl Freezing {
@@ -28,6 +30,7 @@ impl Freezing {
             sampling: setup.sampling(),
             step_s: setup.step_s,
             actuators: setup.actuators(),
+            unit: if setup.learned.is_some() { String::new() } else { "m".to_owned() },
         }
     }
 
@@ -87,11 +90,11 @@ impl Freezing {
             Trace { name: name.to_owned(), unit: unit.to_owned(), values: values.collect() }
         };
         let divergence = trace("divergence", "1", &|row| row.divergence(channel));
-        let residual = |unit| trace("residual", unit, &|row| row.residual(channel));
+        let residual = |unit: &str| trace("residual", unit, &|row| row.residual(channel));
         match channel.checked_sub(self.actuators) {
             Some(gage) => {
-                let reading = trace("reading", "m", &|row| row.readings_m()[gage]);
-                vec![reading, residual("m"), divergence]
+                let reading = trace("reading", &self.unit, &|row| row.readings_m()[gage]);
+                vec![reading, residual(&self.unit), divergence]
             }
             None => vec![
                 trace("demand", "N", &|row| row.demand_n(channel)),

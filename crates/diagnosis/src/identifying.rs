@@ -96,9 +96,11 @@ impl Identifying {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
         let layout = ChannelLayout::of(setup);
         let noise = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
+        // What a learned module finds is not identified by residuals.
+        let channels = if setup.learned.is_some() { 0 } else { layout.channels() };
         Self {
-            faulty: vec![None; layout.channels()],
-            known: vec![0; layout.channels()],
+            faulty: vec![None; channels],
+            known: vec![0; channels],
             layout,
             step_s: setup.step_s,
             sampling: setup.sampling(),
@@ -459,7 +461,7 @@ fn seen(latest: &Transition) -> FaultOnset {
     let Transition { onset, detection, .. } = *latest;
     match latest.symptom {
         Symptom::Change | Symptom::NoSignal => FaultOnset::Change { onset, detection },
-        Symptom::Departure | Symptom::OilContent | Symptom::Scatter => {
+        Symptom::Departure | Symptom::OilContent | Symptom::Scatter | Symptom::Reading => {
             FaultOnset::Departure { detection }
         }
     }

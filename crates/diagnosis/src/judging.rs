@@ -26,7 +26,7 @@ impl Judging {
         Self {
             isolator: Isolator::new(setup, components.to_vec()),
             ledger: Ledger::new(setup.module.clone(), components),
-            has_reference: setup.reference.is_some(),
+            has_reference: setup.reference.is_some() || setup.learned.is_some(),
         }
     }
 
@@ -99,6 +99,11 @@ impl Judging {
                 let found = Detection::new(Symptom::NoSignal, since, evidence);
                 let lost = self.ledger.record(run, channel, Verdict::Latched, step, found);
                 handling.publish(lost);
+            }
+            Occurrence::Departed { onset, before_service } => {
+                let found = Detection::new(Symptom::Reading, onset, evidence);
+                let found = Detection { before_service, ..found };
+                self.depart(channel, Verdict::Latched, found, handling);
             }
             Occurrence::Quiet if !self.has_reference => {
                 self.close_explained(channel, step, handling);

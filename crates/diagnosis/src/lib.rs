@@ -18,6 +18,7 @@ mod identifying;
 mod intake;
 mod isolation;
 mod judging;
+mod learned_channels;
 mod ledger;
 pub mod messages;
 mod monitor;

@@ -17,7 +17,7 @@ pub struct Measurements {
     pub demands_n: Vec<f64>,
     /// Pressures of chambers A and B of each actuator \[Pa\].
     pub pressures_pa: Vec<[f64; 2]>,
-    /// Measured elongation y of each gage \[m\].
+    /// Measured elongation y of each gage \[m\]; in a learned module the reading of each channel, in its own unit.
     pub elongations_m: Vec<f64>,
 }
 
@@ -30,6 +30,8 @@ pub enum Signal {
     Pressure(usize),
     /// The elongation of a gage.
     Elongation(usize),
+    /// The reading of a learned module's channel.
+    Reading(usize),
 }
 
 impl std::fmt::Display for Signal {
@@ -38,6 +40,7 @@ impl std::fmt::Display for Signal {
             Signal::Demand(_) => "demand",
             Signal::Pressure(_) => "pressure",
             Signal::Elongation(_) => "elongation",
+            Signal::Reading(_) => "reading",
         })
     }
 }

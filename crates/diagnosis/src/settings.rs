@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize};
 use truss::Structure;
-use vocabulary::{Component, ModuleName};
+use vocabulary::{Component, GageName, ModuleName, StructureName};
 
 use crate::change::MAX_TIE;
-use crate::divergence::{DivergenceSettings, SettingsError};
+use crate::divergence::{DivergenceSettings, Interval, SettingsError};
 use crate::residual::{ActuatorResidual, HydraulicsError, NominalHydraulics};
+use crate::state::learned::{LearnedChannel, LearnedModule};
 use crate::state::{Reference, ReferenceProblem};
 
 /// Which components may be the root of other components' changes.
@@ -91,7 +92,9 @@ impl Sampling {
 const LARGEST_NOISE_STRAIN: f64 = 0.01;
 
 /// JSON writes what is not finite as `null`.
-fn infinite_if_none<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(crate) fn infinite_if_none<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<f64, D::Error> {
     Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
 }
 
@@ -123,6 +126,13 @@ pub struct ModuleSetup {
     /// What is known of the module while it was healthy.
     #[serde(with = "shared")]
     pub reference: Option<Arc<Reference>>,
+    /// What was learnt of a module without a structural model. Its channels are sensors, and nothing else of the setup
+    /// counts but `module` and `step_s`.
+    #[serde(default, skip_serializing_if = "Option::is_none", with = "shared")]
+    pub learned: Option<Arc<LearnedModule>>,
+    /// Names of a module's readings of which nothing has been learnt: they are recorded, and no diagnoser can be made.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub readings: Vec<GageName>,
 }
 
 /// A structure is written as the text of its description.
@@ -131,17 +141,28 @@ mod description {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
     use truss::Structure;
 
+    /// What stands before the name of a structure of which nothing else is known.
+    const UNMODELLED: &str = "# unmodelled: ";
+
     pub(super) fn serialize<S: Serializer>(
         structure: &Structure,
         serializer: S,
     ) -> Result<S::Ok, S::Error> {
-        structure.to_toml().serialize(serializer)
+        // One without modules is known by name only.
+        let text = match &structure.modules[..] {
+            [] => format!("{UNMODELLED}{}", structure.name),
+            _ => structure.to_toml(),
+        };
+        text.serialize(serializer)
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(
         deserializer: D,
     ) -> Result<Structure, D::Error> {
         let text = String::deserialize(deserializer)?;
+        if let Some(name) = text.strip_prefix(UNMODELLED) {
+            return name.parse().map(Structure::unmodelled).map_err(D::Error::custom);
+        }
         Structure::from_toml(&text).map_err(|error| D::Error::custom(error.to_string()))
     }
 }
@@ -223,6 +244,9 @@ pub enum SetupError {
     /// The reference.
     #[error("reference: {0}")]
     Reference(#[from] ReferenceProblem),
+    /// The learned module.
+    #[error("learned module: {0}")]
+    Learned(String),
     /// Number of thresholds.
     #[error("{found} thresholds for {expected} channels; one for each actuator and each gage")]
     ThresholdCount {
@@ -255,9 +279,57 @@ pub enum SetupError {
 }
 
 impl ModuleSetup {
+    /// A module without a structural model: of `learned`, `thresholds` or `readings` it has none yet.
+    #[must_use]
+    pub fn of_readings(structure: StructureName, module: ModuleName, step_s: f64) -> Self {
+        Self {
+            module,
+            structure: Structure::unmodelled(structure),
+            hydraulics: None,
+            gage_noise_strain: LARGEST_NOISE_STRAIN,
+            step_s,
+            signals: SignalSettings::default(),
+            detection: DetectionSettings {
+                divergence: DivergenceSettings {
+                    window: 1,
+                    lag: 1,
+                    interval: Interval::Sliding { vectors: 2 },
+                },
+                actuator_residual: ActuatorResidual::Tracking,
+                warm_up_vectors: 2,
+            },
+            isolation: IsolationSettings {
+                rule: Rule::FirstChange,
+                hold_steps: 0,
+                tie_steps: 0,
+                root_ratio: f64::INFINITY,
+                effect_steps: 1,
+                quiet_steps: 1,
+            },
+            thresholds: Vec::new(),
+            peers: Vec::new(),
+            reference: None,
+            learned: None,
+            readings: Vec::new(),
+        }
+    }
+
+    /// Does a sample have readings, each in its own unit, in place of demands, pressures and elongations?
+    #[must_use]
+    pub fn measures_readings(&self) -> bool {
+        self.learned.is_some() || !self.readings.is_empty()
+    }
+
     /// Everything that cannot be right, without making a model.
     #[must_use]
     pub fn problems(&self) -> Vec<SetupError> {
+        if !self.readings.is_empty() {
+            let problem = "nothing has been learnt of these readings; use `trusswatch learn`";
+            return vec![SetupError::Learned(problem.to_owned())];
+        }
+        if let Some(learned) = &self.learned {
+            return self.learned_problems(learned);
+        }
         let mut problems = Vec::new();
         problems.extend(self.detection.divergence.check().err().map(SetupError::from));
         problems.extend(self.hydraulics_problems());
@@ -273,6 +345,13 @@ impl ModuleSetup {
     /// Its components: actuators, then gages, in the order of the description.
     #[must_use]
     pub fn components(&self) -> Vec<Component> {
+        if let Some(learned) = &self.learned {
+            let gages = learned.channels.iter().filter_map(|channel| channel.name.parse().ok());
+            return gages.map(Component::Sensor).collect();
+        }
+        if !self.readings.is_empty() {
+            return self.readings.iter().cloned().map(Component::Sensor).collect();
+        }
         self.structure
             .module(&self.module)
             .map_or_else(Vec::new, |module| module.components().collect())
@@ -311,6 +390,34 @@ impl ModuleSetup {
                 vec![SetupError::NoHydraulics { module: self.module.clone(), actuators }]
             }
         }
+    }
+
+    fn learned_problems(&self, learned: &LearnedModule) -> Vec<SetupError> {
+        let mut problems: Vec<SetupError> =
+            learned.check().err().into_iter().map(SetupError::Learned).collect();
+        let name_problem = |channel: &LearnedChannel| {
+            let error = channel.name.parse::<GageName>().err()?;
+            Some(SetupError::Learned(format!(
+                "channel {error}; rename its column, and learn again"
+            )))
+        };
+        problems.extend(learned.channels.iter().filter_map(name_problem));
+        let step_s = self.step_s;
+        if !(step_s > 0.0 && step_s <= learned.window_s) {
+            let expected = format!("seconds above 0, at most the window, {}", learned.window_s);
+            problems.push(SetupError::Figure {
+                name: "step_s",
+                value: step_s.to_string(),
+                expected,
+            });
+        }
+        let mut names: Vec<&str> = learned.channels.iter().map(|c| c.name.as_str()).collect();
+        names.sort_unstable();
+        let twice = names.windows(2).find(|pair| pair[0] == pair[1]);
+        problems.extend(twice.map(|pair| {
+            SetupError::Learned(format!("there are two channels `{}`; use each name once", pair[0]))
+        }));
+        problems
     }
 
     fn figure_problems(&self) -> Vec<SetupError> {

@@ -65,7 +65,9 @@ impl Plausible {
                 let [low, high] = self.pressure_pa;
                 sample.pressures_pa[i].iter().all(|pressure| (low..=high).contains(pressure))
             }
-            Signal::Elongation(i) => within(sample.elongations_m[i], self.elongations_m[i]),
+            Signal::Elongation(i) | Signal::Reading(i) => {
+                within(sample.elongations_m[i], self.elongations_m[i])
+            }
         }
     }
 }
@@ -215,7 +217,10 @@ impl Validity {
                     completed.elongations_m[i] = sample.elongations_m[i];
                 }
                 // It keeps the last good value.
-                Signal::Demand(_) | Signal::Pressure(_) | Signal::Elongation(_) => {}
+                Signal::Demand(_)
+                | Signal::Pressure(_)
+                | Signal::Elongation(_)
+                | Signal::Reading(_) => {}
             }
         }
         self.completed = Some(completed);
@@ -268,7 +273,7 @@ impl Validity {
     fn channel_of(&self, signal: Signal) -> usize {
         match signal {
             Signal::Demand(i) | Signal::Pressure(i) => i,
-            Signal::Elongation(gage) => self.layout.channel_of_gage(gage),
+            Signal::Elongation(gage) | Signal::Reading(gage) => self.layout.channel_of_gage(gage),
         }
     }
 

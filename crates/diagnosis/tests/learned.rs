@@ -1,12 +1,21 @@
 //! A module learnt from recordings of a loaded structure, and faults in recordings that it was not learnt from.
 
+use std::sync::Arc;
+
+use crate::fixture;
+use diagnosis::messages::{Speaker, from_diagnoser, setup_fingerprint, to_diagnoser, to_setup};
 use diagnosis::state::learned::{
     ChannelState, ChannelSummary, ChannelVerdict, DisplacementKind, HealthyRecording, LearnedJudge,
     LearnedModule, LearningError, LearningSettings, Learnt, learn,
 };
+use diagnosis::state::{Condition, Obstacle};
+use diagnosis::{Action, Diagnoser, Event, Measurements, ModuleSetup, OrderToken, Transition};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use vocabulary::{
+    GivenOrder, GivenOrderKind, ModulePhase, RunId, StatePart, Step, Symptom, Verdict,
+};
 
 const SENSORS: usize = 7;
 const CHANNELS: usize = SENSORS + 2;
@@ -205,4 +214,149 @@ fn few_recordings_teach_a_blunter_module() {
         let (verdicts, _) = judged(&module, &recording(80, 24, 90.0));
         assert_eq!(named(&verdicts, ChannelState::Faulty), [0; 0], "{count}: {verdicts:#?}");
     }
+}
+
+/// A learned module's diagnoser, and what it publishes.
+#[derive(Clone)]
+struct Live {
+    diagnoser: Diagnoser,
+    actions: Vec<Action>,
+}
+
+impl Live {
+    fn setup(module: LearnedModule) -> ModuleSetup {
+        let (structure, span) = ("bridge".parse().unwrap(), fixture::name("span"));
+        let (learned, thresholds) = (Some(Arc::new(module)), vec![1.0; CHANNELS]);
+        let setup = ModuleSetup::of_readings(structure, span, STEP_S);
+        ModuleSetup { learned, thresholds, ..setup }
+    }
+
+    fn new(module: LearnedModule) -> Self {
+        let diagnoser = Diagnoser::new(Self::setup(module)).unwrap();
+        Self { diagnoser, actions: Vec::new() }
+    }
+
+    /// Takes samples of a recording.
+    fn take(&mut self, recording: &HealthyRecording, samples: std::ops::Range<usize>) {
+        for sample in samples {
+            let measurements = Measurements {
+                run: RunId(1),
+                step: Step(1000 + sample as u64),
+                demands_n: vec![],
+                pressures_pa: vec![],
+                elongations_m: recording.channels.iter().map(|channel| channel[sample]).collect(),
+            };
+            self.diagnoser.handle(Event::Sample(measurements), &mut self.actions);
+        }
+    }
+
+    fn transitions(&self) -> Vec<&Transition> {
+        let published = self.actions.iter().filter_map(|action| match action {
+            Action::Publish(transition) => Some(transition),
+            _ => None,
+        });
+        published.collect()
+    }
+
+    fn condition(&self, channel: usize) -> &Condition {
+        self.diagnoser.conditions().nth(channel).unwrap()
+    }
+
+    /// Commands something of a component: is it carried out?
+    fn order(&mut self, component: &str, kind: GivenOrderKind) -> bool {
+        let order = GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
+        let (token, component) = (OrderToken(1), component.parse().unwrap());
+        self.diagnoser.handle(Event::Ordered { token, component, order }, &mut self.actions);
+        matches!(self.actions.last(), Some(Action::Obeyed { .. }))
+    }
+}
+
+/// Readings in which one channel has a bias for five minutes, then no value for two.
+fn troubled() -> HealthyRecording {
+    let mut troubled = recording(31, 24, 95.0);
+    for value in &mut troubled.channels[2][8 * MINUTE..13 * MINUTE] {
+        *value += 30.0;
+    }
+    troubled.channels[4][18 * MINUTE..20 * MINUTE].fill(f64::NAN);
+    troubled
+}
+
+#[test]
+fn a_learned_module_latches_what_it_finds_at_once_and_follows_commands() {
+    let mut live = Live::new(learnt(&healthy()).module);
+    let troubled = troubled();
+    let onset = 8 * MINUTE;
+    live.take(&troubled, 0..onset);
+    assert_eq!(live.diagnoser.phase(), ModulePhase::InService);
+    assert_eq!(live.transitions(), Vec::<&Transition>::new());
+    assert!(matches!(live.condition(2), Condition::Agrees { .. }), "{:?}", live.condition(2));
+    live.take(&troubled, onset..onset + 5 * 5);
+    let [latched] = live.transitions()[..] else { panic!("{:?}", live.transitions()) };
+    assert_eq!(latched.component.to_string(), "sensor/s3");
+    assert_eq!((&latched.verdict, latched.symptom), (&Verdict::Latched, Symptom::Reading));
+    let (began, found) = (latched.onset.0, latched.detection.0);
+    assert!(began.abs_diff(1000 + onset as u64) <= 5 && found > began, "{latched:?}");
+    assert!((latched.evidence.residual - 30.0).abs() < 6.0, "{latched:?}");
+    assert!(!latched.before_service && latched.evidence.ratio() > 1.0, "{latched:?}");
+    assert!(matches!(live.condition(2), Condition::Departed { .. }));
+    assert!(live.order("sensor/s3", GivenOrderKind::Acknowledge));
+    assert!(!live.order("sensor/s3", GivenOrderKind::Reset { force: false }), "it still departs");
+    live.take(&troubled, onset + 5 * 5..17 * MINUTE);
+    assert!(matches!(live.condition(2), Condition::Agrees { .. }));
+    assert!(live.order("sensor/s3", GivenOrderKind::Reset { force: false }));
+    live.take(&troubled, 17 * MINUTE..19 * MINUTE);
+    let lost = live.transitions().last().copied().unwrap().clone();
+    assert_eq!(
+        (lost.component.to_string().as_str(), lost.symptom),
+        ("sensor/s5", Symptom::NoSignal)
+    );
+    assert_eq!(live.condition(4), &Condition::CannotTell { obstacle: Obstacle::NoSignal });
+    live.take(&troubled, 19 * MINUTE..24 * MINUTE);
+    let story: Vec<_> = live.transitions().iter().map(|t| t.verdict.as_str()).collect();
+    assert_eq!(story, ["latched", "acknowledged", "normal", "latched"]);
+    assert!(matches!(live.condition(4), Condition::Agrees { .. }), "{:?}", live.condition(4));
+}
+
+#[test]
+fn a_gap_in_the_samples_of_a_learned_module_is_no_loss_of_a_signal() {
+    let mut live = Live::new(learnt(&healthy()).module);
+    let quiet = recording(12, 24, 95.0);
+    live.take(&quiet, 0..4 * MINUTE);
+    for (from, missing) in [(4, 1), (5, 7), (6, 40)] {
+        live.take(&quiet, from * MINUTE + missing..(from + 1) * MINUTE);
+    }
+    // So long a gap is a jump of the steps; the second sample behind it is taken.
+    live.take(&quiet, 10 * MINUTE..24 * MINUTE);
+    assert_eq!(live.transitions(), Vec::<&Transition>::new());
+    assert!(live.diagnoser.counters().samples_missing > 200);
+    let beyond = recording(12, 24, 260.0);
+    let mut live = Live::new(learnt(&healthy()).module);
+    live.take(&beyond, 0..12 * MINUTE);
+    let unseen = Condition::CannotTell { obstacle: Obstacle::UnseenLoads };
+    assert!(live.diagnoser.conditions().any(|one| *one == unseen), "{:?}", live.condition(0));
+}
+
+#[test]
+fn a_learned_module_s_setup_and_state_come_back_as_the_same_bits() {
+    let module = learnt(&healthy()).module;
+    let setup = Live::setup(module.clone());
+    let speaker = Speaker::of("bridge".parse().unwrap(), setup.module.clone());
+    let message = speaker.configuration(&setup, "0", "t", 1).unwrap();
+    let text = serde_json::to_string(&message).unwrap();
+    let back = to_setup(&serde_json::from_str(&text).unwrap()).unwrap();
+    assert_eq!(setup_fingerprint(&back).unwrap(), message.fingerprint);
+    assert_eq!(back.learned.as_deref(), Some(&module));
+    let (mut live, troubled) = (Live::new(module), troubled());
+    live.take(&troubled, 0..8 * MINUTE + 9);
+    let software = env!("CARGO_PKG_VERSION").to_owned();
+    let about = StatePart { software, ..StatePart::default() };
+    let parts = from_diagnoser(&live.diagnoser, &about);
+    let diagnoser = to_diagnoser(&parts.iter().collect::<Vec<_>>()).unwrap();
+    let mut restored = Live { diagnoser, actions: live.actions.clone() };
+    for one in [&mut live, &mut restored] {
+        one.take(&troubled, 8 * MINUTE + 9..24 * MINUTE);
+    }
+    assert!(live.transitions().len() >= 2);
+    assert_eq!(live.actions, restored.actions);
+    assert_eq!(live.diagnoser.evidence(), restored.diagnoser.evidence());
 }

@@ -143,6 +143,7 @@ mod tests {
             demands_n: vec![],
             pressures_pa: vec![],
             elongations_m: vec![],
+            readings: vec![],
         }
     }
 

@@ -46,7 +46,10 @@ impl ReceivedSample {
             mut demands_n,
             mut pressures_pa,
             mut elongations_m,
+            readings,
         } = sample;
+        // A module has gages, or the channels of a learned module; what has both is too long.
+        elongations_m.extend(readings);
         cut(&mut demands_n, size.actuators);
         cut(&mut pressures_pa, size.actuators);
         cut(&mut elongations_m, size.gages);
@@ -395,6 +398,7 @@ mod tests {
             demands_n: vec![1.0],
             pressures_pa: vec![[1.0; 2]; 2],
             elongations_m: vec![1.0; 100_000],
+            readings: vec![1.0; 1000],
         };
         let size = SampleSize { actuators: 2, gages: 3 };
         let ReceivedSample { sample, .. } = ReceivedSample::new(sample, Instant::now(), size);

@@ -170,8 +170,7 @@ impl ReplayComparison {
         let Some(at) = diagnoser.run().zip(diagnoser.last_step()) else { return };
         let Some(waiting) = self.messages.get_mut(&at) else { return };
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
-        let channels = (diagnoser.components(), diagnoser.evidence());
-        let replayed = speaker.divergences(at.0, at.1, channels, 0);
+        let replayed = speaker.divergences(at, diagnoser, 0);
         let differences: Vec<Option<Difference>> =
             waiting.iter().map(|(recorded, _)| channel_difference(recorded, &replayed)).collect();
         if let Some(same) = differences.iter().position(Option::is_none) {

@@ -39,7 +39,6 @@ impl ResidualReplay {
         if self.diagnoser.counters().samples == used {
             return None;
         }
-        let channels = (self.diagnoser.components(), self.diagnoser.evidence());
-        Some(self.speaker.divergences(sample.run, sample.step, channels, 0))
+        Some(self.speaker.divergences((sample.run, sample.step), &self.diagnoser, 0))
     }
 }

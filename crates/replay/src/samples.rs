@@ -20,7 +20,7 @@ struct SampleEntry {
     head: SampleHead,
     /// Where its values begin.
     at: usize,
-    /// How many demands, pairs of pressures, elongations.
+    /// How many demands, pairs of pressures, elongations or readings.
     lengths: [usize; 3],
 }
 
@@ -39,12 +39,27 @@ impl Samples {
         let head =
             SampleHead { run: sample.run, step: sample.step, time_unix_ns: sample.time_unix_ns };
         let at = self.values.len();
-        let lengths =
-            [sample.demands_n.len(), sample.pressures_pa.len(), sample.elongations_m.len()];
+        let gages = sample.elongations_m.len() + sample.readings.len();
+        let lengths = [sample.demands_n.len(), sample.pressures_pa.len(), gages];
         self.entries.push(SampleEntry { head, at, lengths });
         self.values.extend_from_slice(&sample.demands_n);
         self.values.extend(sample.pressures_pa.iter().flatten());
         self.values.extend_from_slice(&sample.elongations_m);
+        self.values.extend_from_slice(&sample.readings);
+    }
+
+    /// Keeps of each the readings at these places, in this order; nothing else.
+    pub fn select(&mut self, places: &[usize]) {
+        let mut values = Vec::with_capacity(self.entries.len() * places.len());
+        for entry in &mut self.entries {
+            let [demands, pairs, gages] = entry.lengths;
+            let readings = entry.at + demands + 2 * pairs;
+            let reading = |place: usize| (place < gages).then(|| self.values[readings + place]);
+            entry.at = values.len();
+            entry.lengths = [0, 0, places.len()];
+            values.extend(places.iter().map(|place| reading(*place).unwrap_or(f64::NAN)));
+        }
+        self.values = values;
     }
 
     /// Brings them into order.
@@ -166,7 +181,8 @@ mod tests {
             time_unix_ns,
             demands_n: vec![value],
             pressures_pa: vec![[2.0, 3.0]],
-            elongations_m: vec![4.0, f64::NAN],
+            elongations_m: vec![4.0],
+            readings: vec![f64::NAN],
         }
     }
 
@@ -188,5 +204,9 @@ mod tests {
         assert_eq!((one.step, one.demands_n[0]), (Step(3), 7.0));
         assert_eq!(one.pressures_pa, [[2.0, 3.0]]);
         assert_eq!(one.elongations_m[0], 4.0);
+        samples.select(&[2, 0]);
+        samples.read(3, &mut one);
+        assert!(one.demands_n.is_empty() && one.elongations_m[0].is_nan());
+        assert_eq!(one.elongations_m[1], 4.0);
     }
 }

@@ -226,7 +226,13 @@ fn divergences(step: u32) -> Divergences {
         run: RunId(3),
         step: Step(u64::from(step)),
         time_unix_ns: NOW,
-        channels: vec![Channel { component, residual, divergence, threshold: 10.0 }],
+        channels: vec![Channel {
+            component,
+            residual,
+            divergence,
+            threshold: 10.0,
+            own_unit: false,
+        }],
     }
 }
 

@@ -1,7 +1,7 @@
 //! The validated description of a structure.
 //!
 //! A [`Structure`] is only created by [`Structure::from_toml`], [`Structure::local`], [`Structure::parts`],
-//! [`Structure::row`] and [`Structure::perturbed`], so every index in it is valid in its own lists and every member has
+//! [`Structure::row`], [`Structure::perturbed`] and [`Structure::unmodelled`], so every index in it is valid in its own lists and every member has
 //! a length above 0. Members and nodes are identified by their position in [`Structure::members`] and
 //! [`Structure::nodes`].
 
@@ -124,6 +124,14 @@ pub struct Structure {
 }
 
 impl Structure {
+    /// A structure of which only the name is known: it has no modules. Nothing can be computed of it.
+    #[must_use]
+    pub fn unmodelled(name: StructureName) -> Self {
+        let damping = Rayleigh { alpha_per_s: 0.0, beta_s: 0.0 };
+        let (nodes, members, modules) = (Vec::new(), Vec::new(), Vec::new());
+        Self { name, damping, nodes, members, modules }
+    }
+
     /// The modules that have actuators or gages, in order.
     pub fn equipped(&self) -> impl Iterator<Item = &Module> {
         self.modules.iter().filter(|module| module.is_equipped())

@@ -60,6 +60,12 @@ pub enum Obstacle {
     UnseenForce(ComponentPath),
     /// No small set of displaced gages explains what is measured.
     NoSetFits,
+    /// Of a learned module: no input has a signal, or the loads are beyond those of the healthy recordings.
+    UnseenLoads,
+    /// Of a learned module: several channels depart, or the structure itself has changed.
+    NoFewChannels,
+    /// Of a learned module: the channel is missing, constant or implausible.
+    NoSignal,
 }
 
 impl Condition {
@@ -102,6 +108,13 @@ impl fmt::Display for Obstacle {
             Obstacle::NoSetFits => {
                 f.write_str("more departs from the reference than a few gages explain")
             }
+            Obstacle::UnseenLoads => {
+                f.write_str("the loads are unknown, or beyond those of the healthy recordings")
+            }
+            Obstacle::NoFewChannels => {
+                f.write_str("several channels depart, or the structure itself has changed")
+            }
+            Obstacle::NoSignal => f.write_str("it is missing, constant or implausible"),
         }
     }
 }

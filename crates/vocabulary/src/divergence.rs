@@ -28,12 +28,15 @@ pub struct Divergences {
 pub struct Channel {
     /// The component that it watches.
     pub component: Component,
-    /// The residual: \[N\] for an actuator, \[m\] for a gage.
+    /// The residual, as in [`crate::Evidence`].
     pub residual: f64,
     /// The divergence; `null` while undefined.
     pub divergence: Option<f64>,
     /// Its threshold.
     pub threshold: f64,
+    /// The residual has the unit of the channel's reading, which is unknown: true in a learned module.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub own_unit: bool,
 }
 
 impl Message for Divergences {

@@ -9,11 +9,12 @@ use serde::{Deserialize, Serialize};
 pub struct Evidence {
     /// The step.
     pub step: Step,
-    /// The residual: \[N\] for an actuator, \[m\] for a gage.
+    /// The residual: \[N\] for an actuator, \[m\] for a gage. In a learned module, how much too large the reading is against
+    /// what the other channels say, in its own unit.
     pub residual: f64,
     /// The residual's slow mean before this step, in the same unit.
     pub level: f64,
-    /// The divergence D; `null` while undefined.
+    /// The divergence D, in a learned module z' of the latest window; `null` while undefined.
     pub divergence: Option<f64>,
     /// The threshold γ of the divergence.
     pub threshold: f64,

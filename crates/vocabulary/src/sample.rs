@@ -22,17 +22,22 @@ pub struct Sample {
     /// When it was published, by the publisher's clock \[ns since 1970\].
     pub time_unix_ns: u64,
     /// Demanded force of each actuator \[N\].
-    #[serde(deserialize_with = "values")]
+    #[serde(default, deserialize_with = "values")]
     #[schemars(with = "Vec<Option<f64>>")]
     pub demands_n: Vec<f64>,
     /// Pressures of chambers A and B of each actuator \[Pa\].
-    #[serde(deserialize_with = "pairs")]
+    #[serde(default, deserialize_with = "pairs")]
     #[schemars(with = "Vec<[Option<f64>; 2]>")]
     pub pressures_pa: Vec<[f64; 2]>,
     /// Elongation of each gage's member \[m\].
-    #[serde(deserialize_with = "values")]
+    #[serde(default, deserialize_with = "values")]
     #[schemars(with = "Vec<Option<f64>>")]
     pub elongations_m: Vec<f64>,
+    /// In place of the others, the reading of each channel of a learned module, in its own unit: sensors, then inputs, in
+    /// the order of the module's file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
+    pub readings: Vec<f64>,
 }
 
 impl Message for Sample {
@@ -101,6 +106,7 @@ mod tests {
             demands_n: vec![0.1, -1e-300],
             pressures_pa: vec![[7e6, 9.86e6], [1.0, 2.0]],
             elongations_m: vec![1.0 / 3.0],
+            readings: Vec::new(),
         }
     }
 

@@ -13,6 +13,8 @@ pub enum Signal {
     PressureB,
     /// Elongation that a gage measures \[m\].
     Elongation,
+    /// What a channel of a learned module reads, in its own unit.
+    Reading,
     /// Residual: \[N\] of an actuator, \[m\] of a gage.
     Residual,
     /// Divergence of the residual.
@@ -28,6 +30,7 @@ impl Signal {
             Signal::PressureA => "pressure_a_pa",
             Signal::PressureB => "pressure_b_pa",
             Signal::Elongation => "elongation_m",
+            Signal::Reading => "reading",
             Signal::Residual => "residual",
             Signal::Divergence => "divergence",
         }

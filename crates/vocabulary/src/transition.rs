@@ -28,6 +28,8 @@ pub enum Symptom {
     OilContent,
     /// The white noise of a gage departs from its reference: standard deviation \[m\].
     Scatter,
+    /// In a learned module: its reading is not what the other channels say, or has changed without them; in its own unit.
+    Reading,
 }
 
 /// Why nothing is known of a component at present.

@@ -85,6 +85,7 @@ proptest! {
             demands_n: values.clone(),
             pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
             elongations_m: values,
+            readings: Vec::new(),
         };
         let again = back(&sample);
         let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -190,6 +191,7 @@ fn spoilt() -> impl Strategy<Value = Vec<u8>> {
             demands_n: values.clone(),
             pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
             elongations_m: values,
+            readings: Vec::new(),
         };
         let mut bytes = encode(&sample).unwrap();
         spoilings.iter().for_each(|spoiling| spoiling.spoil(&mut bytes));
@@ -345,6 +347,7 @@ fn events_are_read_back() {
             residual: 12.5,
             divergence: None,
             threshold: 0.1,
+            own_unit: false,
         }],
     };
     assert_eq!(back(&divergences), divergences);

@@ -14,6 +14,7 @@ mod kills;
 mod lab;
 mod large_messages;
 mod latency;
+mod learned;
 mod life_cycle;
 mod missed_events;
 mod overload;

@@ -6,10 +6,11 @@ mod zenoh_settings;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
+use daemon::config::{
+    PlantFlags, load_diagnoser, load_learned, load_plant, load_reference, load_schedule,
+};
 use daemon::thresholds::Thresholds;
 use diagnosis::state::Reference;
-use diagnosis::state::learned::LearnedModule;
 use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 
@@ -99,6 +100,12 @@ fn diagnoser(file: &Path) -> Result<String, ConfigErrors> {
     let config = load_diagnoser(file)?;
     config.network.check_time()?;
     let (actuators, gages) = config.size();
+    if config.module_setup().learned.is_some() {
+        let (module, structure) = (config.module(), &config.structure_name);
+        return Ok(format!(
+            "diagnoser of learned module `{module}` of `{structure}`, {gages} channels"
+        ));
+    }
     let peers: Vec<_> = config.peers().iter().map(ToString::to_string).collect();
     Ok(format!(
         "diagnoser of module `{}` of `{}`, {actuators} actuators, {gages} gages, peers: {}",
@@ -135,16 +142,6 @@ fn learned(file: &Path) -> Result<String, ConfigErrors> {
         "learned module, {sensors} sensors, {} inputs, learnt from {recordings} recordings, {hours:.3} h",
         channels - sensors
     ))
-}
-
-/// Reads a learned module.
-///
-/// # Errors
-/// The file is not a learned module, or a value in it is out of range.
-pub(crate) fn load_learned(file: &Path) -> Result<LearnedModule, ConfigErrors> {
-    let module: LearnedModule = SettingsFile::read(file)?.parse()?;
-    module.check().map_err(|problem| mistake(file, None, problem))?;
-    Ok(module)
 }
 
 /// Checks a reference alone; whether it fits a module is checked with that module's file.

@@ -37,6 +37,11 @@ pub(crate) struct TableFlags {
 }
 
 impl TableFlags {
+    /// The same with this column of steps or times.
+    pub(crate) fn with_time(&self, column: &str) -> Self {
+        Self { time: Some(column.to_owned()), ..self.clone() }
+    }
+
     /// The flags as they are given.
     pub(crate) fn words(&self) -> Vec<String> {
         let mut words = Vec::new();

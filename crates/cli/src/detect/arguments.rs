@@ -75,6 +75,9 @@ pub(crate) struct Arguments {
     /// Rows per second, if no column of times tells it; with a learned module
     #[arg(long, value_name = "HZ", requires = "modules", value_parser = crate::learn::rate)]
     pub(super) rate: Option<f64>,
+    /// Draw the readings and what was found of them; with a learned module
+    #[arg(long, value_name = "PICTURE.svg", requires = "modules")]
+    pub(super) svg: Option<PathBuf>,
     #[command(flatten)]
     pub(super) table: TableFlags,
     /// Print one line of JSON for each row

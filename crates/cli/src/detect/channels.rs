@@ -108,7 +108,12 @@ pub(super) fn load(
 ) -> Result<Vec<ModuleChannels>, Failure> {
     let mut modules: Vec<ModuleChannels> = Vec::new();
     for file in files {
-        let module = ModuleChannels::new(load_diagnoser(file)?.module_setup());
+        let setup = load_diagnoser(file)?.module_setup();
+        if setup.learned.is_some() {
+            let problem = "a learned module judges alone; give no other --config";
+            return Err(Failure::usage(format!("{}: {problem}", file.display())));
+        }
+        let module = ModuleChannels::new(setup);
         if modules.iter().any(|earlier| earlier.setup.module == module.setup.module) {
             return Err(Failure::usage(format!(
                 "{}: `{}` is given twice; give each module once",

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 
+use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
     ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedJudge, LearnedModule,
 };
@@ -10,8 +11,8 @@ use serde_json::{Map, Value, json};
 use settings::SettingsFile;
 
 use super::arguments::Arguments;
+use super::picture::Picture;
 use crate::check::kind::FileKind;
-use crate::check::load_learned;
 use crate::csv_rows::CsvRows;
 use crate::failure::Failure;
 use crate::learn;
@@ -21,16 +22,22 @@ use crate::table::{table, terminal_width};
 /// Rows by which the sampling rate is known.
 const ROWS_FOR_RATE: usize = 200;
 
-/// The learned module, if that is what the configuration is.
+/// The learned module, if the configuration is one or a diagnoser's that names one.
 ///
 /// # Errors
 /// A file that cannot be read, or a learned module with mistakes.
 pub(super) fn load(files: &[PathBuf]) -> Result<Option<LearnedModule>, Failure> {
     let [file] = files else { return Ok(None) };
     // What is nothing of the kind is read and complained of as a diagnoser's configuration.
-    let is_learned = SettingsFile::read(file)
-        .is_ok_and(|document| FileKind::of(file, &document.text) == Ok(FileKind::Learned));
-    Ok(if is_learned { Some(load_learned(file)?) } else { None })
+    let Ok(document) = SettingsFile::read(file) else { return Ok(None) };
+    if FileKind::of(file, &document.text) == Ok(FileKind::Learned) {
+        return Ok(Some(load_learned(file)?));
+    }
+    if !document.has(&["learned"]) {
+        return Ok(None);
+    }
+    let learned = load_diagnoser(file)?.module_setup().learned;
+    Ok(learned.map(|module| LearnedModule::clone(&module)))
 }
 
 /// Judges a table.
@@ -57,6 +64,7 @@ fn judge(
     report: &mut LearnedReport<'_, impl Write>,
 ) -> Result<(), Failure> {
     let missing = vec![f64::NAN; report.names.len()];
+    let mut picture = arguments.svg.as_ref().map(|file| (Picture::new(), file));
     // Until the rate is known, rows wait.
     let mut waiting: Vec<Vec<f64>> = Vec::new();
     let mut judge: Option<LearnedJudge> = None;
@@ -85,7 +93,12 @@ fn judge(
         }
         if let Some(judge) = &mut judge {
             for sample in waiting.drain(..) {
-                judge.take(&sample).iter().try_for_each(|verdict| report.verdict(verdict))?;
+                let verdicts = judge.take(&sample);
+                verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+                if let Some((picture, _)) = &mut picture {
+                    picture.take(&sample, judge);
+                    verdicts.iter().for_each(|verdict| picture.shade(verdict));
+                }
             }
         }
         if ended {
@@ -102,6 +115,10 @@ fn judge(
     };
     let (verdicts, summary) = judge.finish();
     verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+    if let Some((picture, file)) = &mut picture {
+        verdicts.iter().for_each(|verdict| picture.shade(verdict));
+        picture.write(file, rows.name(), report.names)?;
+    }
     report.summary(all, &summary)
 }
 

@@ -5,6 +5,7 @@ mod channels;
 mod detector;
 mod learned;
 mod leaving;
+mod picture;
 mod report;
 mod tally;
 
@@ -25,6 +26,11 @@ use tally::TableTally;
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(module) = learned::load(&arguments.modules)? {
         return learned::run(arguments, module);
+    }
+    if arguments.svg.is_some() {
+        let problem =
+            "--svg draws what a learned module finds: give --config MODULE.toml of `learn`";
+        return Err(Failure::usage(problem));
     }
     let modules = channels::load(&arguments.modules, arguments.columns.as_deref())?;
     let (input, name) = open(arguments, &modules)?;

@@ -22,6 +22,8 @@ struct TableColumns {
     step_s: Option<f64>,
     actuators: Vec<ComponentPath>,
     gages: Vec<ComponentPath>,
+    /// What the gages measure.
+    measured: Signal,
     /// The components of residuals and divergences.
     channels: Vec<ComponentPath>,
 }
@@ -53,6 +55,10 @@ impl TableColumns {
             step_s: setup.map(|setup| setup.step_s),
             actuators: named(actuators, demands, "actuator"),
             gages: named(gages, elongations, "sensor"),
+            measured: match setup {
+                Some(setup) if setup.measures_readings() => Signal::Reading,
+                _ => Signal::Elongation,
+            },
             channels: channels.into_iter().map(path).collect(),
         }
     }
@@ -64,7 +70,7 @@ impl TableColumns {
         for path in &self.actuators {
             names.extend([Signal::PressureA, Signal::PressureB].map(|signal| signal.column(path)));
         }
-        names.extend(self.gages.iter().map(|path| Signal::Elongation.column(path)));
+        names.extend(self.gages.iter().map(|path| self.measured.column(path)));
         for path in &self.channels {
             names.extend([Signal::Residual, Signal::Divergence].map(|signal| signal.column(path)));
         }

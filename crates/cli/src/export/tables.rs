@@ -6,7 +6,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ::replay::ModuleRecord;
+use ::replay::{ModuleRecord, latest_setup};
 use diagnosis::ModuleSetup;
 use vocabulary::{ModuleName, RunId};
 
@@ -59,6 +59,21 @@ impl RecordedTables {
             }
         }
         Ok(Self { name, records })
+    }
+
+    /// A recording of one module that measures readings, as a table of these.
+    ///
+    /// # Errors
+    /// It has several modules or runs, or no configuration.
+    pub(crate) fn readings(file: &Path, run: Option<RunId>) -> Result<NamedTable, Failure> {
+        let recorded = Self::read(&[file.to_owned()], &[])?;
+        let [record] = &recorded.records[..] else {
+            let problem = "several modules in the recording; `export` it and give the table of one";
+            return Err(Failure::input(format!("{}: {problem}", recorded.name)));
+        };
+        let setup = latest_setup(record)
+            .map_err(|shortfall| Failure::input(format!("{}: {shortfall}", recorded.name)))?;
+        recorded.samples(&setup, recorded.one_run(run)?)
     }
 
     /// The runs, of this number only if it is given.

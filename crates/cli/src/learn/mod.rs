@@ -6,9 +6,10 @@ use diagnosis::state::learned::{
     CleanedInterval, HealthyRecording, LearningSettings, Learnt, learn,
 };
 use serde_json::json;
+use vocabulary::Signal;
 
 use crate::csv_rows::{CsvRows, TableFlags};
-use crate::export::{is_recording, open_csv};
+use crate::export::{RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 use crate::output;
 use crate::table::{table, terminal_width};
@@ -18,8 +19,8 @@ const LONGEST_GAP: u64 = 1_000_000;
 
 /// Learn from recordings what sensors read under which loads, for `detect --config`
 ///
-/// FILES are tables (CSV, or what a logger or spreadsheet exports) of the healthy structure, one for each recording, with
-/// the same columns. --inputs are the loads as measured: forces, pressures, displacements that are imposed. --sensors
+/// FILES are tables (CSV, or what a logger or spreadsheet exports) of the healthy structure, or recordings (MCAP) of
+/// `import` or `record`, with the same columns. --inputs are the loads as measured: forces, pressures, displacements that are imposed. --sensors
 /// follow from them. Give at least three recordings, of different days, that cover the loads: what differs between
 /// recordings shows only in several, and beyond the loads seen no sensor can be called normal.
 ///
@@ -119,18 +120,28 @@ pub(crate) fn check_gap(name: &str, missing: u64) -> Result<(), Failure> {
     )))
 }
 
-/// Opens a table with these columns.
+/// Opens a table with these columns, or the recording of a module that measures such readings.
 pub(crate) fn open(
     file: &Path,
     names: &[String],
     flags: &TableFlags,
 ) -> Result<(CsvRows, String), Failure> {
-    if is_recording(file) {
-        let file = file.display();
-        return Err(Failure::usage(format!("`{file}` is not a table; export it first")));
-    }
-    let (input, name) = open_csv(file)?;
-    let rows = CsvRows::open(input, name.clone(), flags, |_| Ok(Some(names.to_vec())))?;
+    let (input, name) = match is_recording(file) {
+        true => RecordedTables::readings(file, flags.run)?,
+        false => open_csv(file)?,
+    };
+    let recorded = flags.with_time("time_s");
+    let flags = if is_recording(file) { &recorded } else { flags };
+    // As `export` names the column.
+    let column = |header: &[String], name: &String| {
+        let suffix = format!("/{name}/{}", Signal::Reading.suffix());
+        let own = header.iter().find(|column| *column == name);
+        own.or_else(|| header.iter().find(|column| column.ends_with(&suffix)))
+            .unwrap_or(name)
+            .clone()
+    };
+    let columns = |header: &[String]| names.iter().map(|name| column(header, name)).collect();
+    let rows = CsvRows::open(input, name.clone(), flags, |header| Ok(Some(columns(header))))?;
     Ok((rows, name))
 }
 

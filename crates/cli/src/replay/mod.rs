@@ -120,7 +120,7 @@ impl SettingsArguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let settings = arguments.settings.settings()?;
     let began = Instant::now();
-    let reading = read(&arguments.files, &arguments.modules)?;
+    let mut reading = read(&arguments.files, &arguments.modules)?;
     if arguments.publish.is_wanted() {
         arguments.publish.publish(&reading)?;
         return reading.complete();
@@ -128,7 +128,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut out = output::stdout();
     let width = arguments.width.limit();
     if settings.is_any() {
-        let comparison = other_settings::run(&reading, &settings)?;
+        let comparison = other_settings::run(&mut reading, &settings)?;
         write!(out, "{}", comparison.written(arguments.json, width)?)?;
         out.flush()?;
         reading.complete()?;

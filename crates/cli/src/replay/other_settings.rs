@@ -7,9 +7,10 @@ use ::replay::{
     Beginnings, ModuleRecord, ProcessCourse, ReplayPart, ReplaySettings, ReplayedTransition,
     courses, latest_setup, together,
 };
+use diagnosis::ModuleSetup;
 use diagnosis::messages::Speaker;
 use serde::Serialize;
-use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleName};
+use vocabulary::{Component, ComponentPath, FaultState, FaultTransition, ModuleName};
 
 use super::reading::RecordingContents;
 use crate::failure::Failure;
@@ -48,9 +49,14 @@ pub(super) struct SideBySide {
 
 /// Runs all modules together.
 pub(super) fn run(
-    reading: &RecordingContents,
+    reading: &mut RecordingContents,
     settings: &ReplaySettings,
 ) -> Result<SideBySide, Failure> {
+    for record in &mut reading.records {
+        if let Some(setup) = settings.setups.get(&record.module) {
+            select_readings(record, setup)?;
+        }
+    }
     let records = &reading.records;
     let is_unknown = |module: &&ModuleName| !records.iter().any(|r| r.module == **module);
     if let Some(module) = settings.setups.keys().find(is_unknown) {
@@ -83,6 +89,25 @@ pub(super) fn run(
         components.iter_mut().for_each(ReplayedComponent::doubt);
     }
     Ok(SideBySide { components, is_part, notes })
+}
+
+/// Brings recorded readings into the order of a learned module, by their names.
+fn select_readings(record: &mut ModuleRecord, setup: &ModuleSetup) -> Result<(), Failure> {
+    let recorded = latest_setup(record).ok().filter(ModuleSetup::measures_readings);
+    let Some(recorded) = recorded.filter(|_| setup.measures_readings()) else { return Ok(()) };
+    let known = recorded.components();
+    let place = |own: Component| {
+        let found = known.iter().position(|component| *component == own);
+        found.ok_or_else(|| {
+            let module = &record.module;
+            Failure::input(format!("{module}: the recording has no `{own}`"))
+        })
+    };
+    let places: Vec<usize> = setup.components().into_iter().map(place).collect::<Result<_, _>>()?;
+    if !places.iter().copied().eq(0..known.len()) {
+        record.samples.select(&places);
+    }
+    Ok(())
 }
 
 /// What its processes took, as far as it is known, and whether that is all.

@@ -125,6 +125,8 @@ fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = vocabulary
             demands_n,
             pressures_pa,
             elongations_m,
+            // Those of a learned module are taken as elongations too.
+            readings: Vec::new(),
         }
     })
 }

@@ -79,8 +79,14 @@ fn from_tables_to_a_named_fault_in_two_commands() {
         }
     });
     let (today, module) = (today.display().to_string(), module.display().to_string());
-    let outcome = run(&["detect", &today, "--config", &module]);
+    let svg = directory.path().join("today.svg");
+    let picture = svg.display().to_string();
+    let outcome = run(&["detect", &today, "--config", &module, "--svg", &picture]);
     outcome.succeeds();
+    let picture = std::fs::read_to_string(&svg).unwrap();
+    for part in ["<svg", ">e3<", ">Kraft<", ">faulty<", ">expected<"] {
+        assert!(picture.contains(part), "{part}");
+    }
     let line = outcome.stdout.lines().find(|line| line.starts_with("e3: faulty, rows ")).unwrap();
     assert!(
         line.contains("to 3599 (the end): bias of 8.") || line.contains("bias of 7.9"),

@@ -19,6 +19,7 @@ mod follow;
 mod generate;
 mod health;
 mod history;
+mod import;
 mod inject;
 mod join;
 mod learn;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use diagnosis::residual::NominalHydraulics;
+use diagnosis::state::learned::LearnedModule;
 use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
 use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
 use pki::Holder;
@@ -54,6 +55,55 @@ struct DiagnoserFile {
     state: StateSettings,
     #[serde(default)]
     health: HealthSettings,
+}
+
+/// The content of the file of a learned module's diagnoser.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LearnedFile {
+    module: ModuleName,
+    structure_name: StructureName,
+    learned: PathBuf,
+    step_s: f64,
+    #[serde(default)]
+    network: Network,
+    #[serde(default)]
+    publish: PublishSettings,
+    #[serde(default)]
+    queries: QuerySettings,
+    #[serde(default)]
+    input: InputSettings,
+    #[serde(default)]
+    state: StateSettings,
+    #[serde(default)]
+    health: HealthSettings,
+}
+
+impl LearnedFile {
+    /// As the file of a diagnoser, without what only a structural model needs.
+    fn as_diagnoser(&self) -> DiagnoserFile {
+        let Self { module, step_s, network, publish, queries, input, state, health, .. } =
+            self.clone();
+        DiagnoserFile {
+            module,
+            structure: PathBuf::new(),
+            thresholds: PathBuf::new(),
+            reference: None,
+            peers: Vec::new(),
+            step_s,
+            gage_noise_strain: 0.0,
+            hydraulics: None,
+            signals: SignalSettings::default(),
+            detection: DetectionSection::default(),
+            isolation: IsolationSection::default(),
+            network,
+            publish,
+            queries,
+            input,
+            state,
+            health,
+        }
+    }
 }
 
 fn one_millisecond() -> f64 {
@@ -212,7 +262,8 @@ pub struct DiagnoserConfig {
 impl DiagnoserConfig {
     /// Fingerprint of the reference, if there is one.
     pub(crate) fn reference(&self) -> Option<String> {
-        self.setup.reference.as_ref().map(|reference| reference.fingerprint())
+        let learned = self.setup.learned.as_ref().map(|learned| learned.fingerprint());
+        learned.or_else(|| self.setup.reference.as_ref().map(|reference| reference.fingerprint()))
     }
 
     /// The setup for a `diagnosis::Diagnoser`.
@@ -233,11 +284,13 @@ impl DiagnoserConfig {
         &self.setup.peers
     }
 
-    /// Number of actuators and of gages.
+    /// Number of actuators and of gages; a learned module has its channels as gages.
     #[must_use]
     pub fn size(&self) -> (usize, usize) {
-        let module = self.setup.structure.module(&self.setup.module);
-        module.map_or((0, 0), |module| (module.actuators.len(), module.gages.len()))
+        let components = self.setup.components();
+        let is_actuator = |component: &&Component| matches!(component, Component::Actuator(_));
+        let actuators = components.iter().filter(is_actuator).count();
+        (actuators, components.len() - actuators)
     }
 
     /// Adds endpoints from the command line.
@@ -291,12 +344,20 @@ impl DiagnoserConfig {
 /// All errors found.
 pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let document = SettingsFile::read(file)?;
-    let mut written: DiagnoserFile = document.parse()?;
+    let learned: Option<LearnedFile> =
+        document.has(&["learned"]).then(|| document.parse()).transpose()?;
+    let mut written = match &learned {
+        Some(learned) => learned.as_diagnoser(),
+        None => document.parse()?,
+    };
     fit_to_step(&mut written, &document);
     let mut errors = ConfigErrors(Vec::new());
     written.network.check(&document, &mut errors);
     let health = written.health.address(&document, &mut errors);
     check_figures(&written, &document, &mut errors);
+    if let Some(learned) = learned {
+        return load_learned_diagnoser(&document, &learned, (written, health), errors);
+    }
     let structure = errors.collect(load_structure(&document.beside(&written.structure)));
     let thresholds = SettingsFile::read(&document.beside(&written.thresholds))
         .and_then(|document| Ok((document.parse::<Thresholds>()?, document)));
@@ -348,6 +409,50 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     })
 }
 
+/// Reads and checks the module that a learned diagnoser's file names.
+fn load_learned_diagnoser(
+    document: &SettingsFile,
+    learned: &LearnedFile,
+    (written, health): (DiagnoserFile, Option<SocketAddr>),
+    mut errors: ConfigErrors,
+) -> Result<DiagnoserConfig, ConfigErrors> {
+    let structure_name = learned.structure_name.clone();
+    let holder = Holder::Module(written.module.clone());
+    written.network.check_identity(&holder, &structure_name, &mut errors);
+    let module = errors.collect(load_learned(&document.beside(&learned.learned)));
+    document.check_numbers(&mut errors);
+    let Some(module) = module else { return Err(errors) };
+    let thresholds = vec![module.reference_threshold; module.channels.len()];
+    let fingerprint = module.fingerprint();
+    let own = written.module.clone();
+    let setup = ModuleSetup::of_readings(structure_name.clone(), own, written.step_s);
+    let setup = ModuleSetup { learned: Some(Arc::new(module)), thresholds, ..setup };
+    for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
+        errors.add(&document.file, document.line(&place(&problem)), problem);
+    }
+    errors.or(DiagnoserConfig {
+        structure_name,
+        network: written.network,
+        publish: written.publish,
+        queries: written.queries,
+        input: written.input,
+        state: written.state.resolve(document),
+        health,
+        thresholds: fingerprint,
+        setup,
+    })
+}
+
+/// Reads a learned module.
+///
+/// # Errors
+/// The file is not a learned module, or a value in it is out of range.
+pub fn load_learned(file: &Path) -> Result<LearnedModule, ConfigErrors> {
+    let module: LearnedModule = SettingsFile::read(file)?.parse()?;
+    module.check().map_err(|problem| ConfigErrors::one(file, None, problem))?;
+    Ok(module)
+}
+
 /// Reads a reference. A file of another version is reported as such, whatever its content.
 ///
 /// # Errors
@@ -390,6 +495,10 @@ pub struct Uncalibrated {
 /// All errors found.
 pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
     let document = SettingsFile::read(file)?;
+    if document.has(&["learned"]) {
+        let problem = "a learned module is neither calibrated nor commissioned: make it anew with `trusswatch learn`";
+        return Err(ConfigErrors::one(file, document.line(&["learned"]), problem));
+    }
     let mut written: DiagnoserFile = document.parse()?;
     fit_to_step(&mut written, &document);
     let mut errors = ConfigErrors(Vec::new());
@@ -433,6 +542,8 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
         thresholds,
         peers: written.peers.clone(),
         reference: None,
+        learned: None,
+        readings: Vec::new(),
     }
 }
 
@@ -498,6 +609,7 @@ fn place(problem: &SetupError) -> Vec<&str> {
         SetupError::Figure { name, .. } => vec!["isolation", name],
         SetupError::Peer(_) => vec!["peers"],
         SetupError::Reference(_) => vec!["reference"],
+        SetupError::Learned(_) => vec!["learned"],
         SetupError::Structure(_) | SetupError::Model { .. } => vec!["structure"],
         SetupError::ThresholdCount { .. } | SetupError::Threshold { .. } => vec!["thresholds"],
     }

@@ -8,7 +8,7 @@ mod speed;
 
 pub use diagnoser::{
     DiagnoserConfig, InputSettings, PublishSettings, QuerySettings, StateSettings, Uncalibrated,
-    load_diagnoser, load_reference, load_uncalibrated,
+    load_diagnoser, load_learned, load_reference, load_uncalibrated,
 };
 pub use method::{DetectionSection, IsolationSection};
 pub use plant::{LockStep, MismatchSection, PlantConfig, PlantFlags, load_plant};

@@ -47,6 +47,7 @@ impl SamplePublisher {
             demands_n: Vec::new(),
             pressures_pa: Vec::new(),
             elongations_m: Vec::new(),
+            readings: Vec::new(),
         };
         Ok(Self { publisher, sent: 0, recent, sample })
     }

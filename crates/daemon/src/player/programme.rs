@@ -73,6 +73,7 @@ mod tests {
             demands_n: Vec::new(),
             pressures_pa: Vec::new(),
             elongations_m: vec![value],
+            readings: Vec::new(),
         }
     }
 

@@ -48,6 +48,7 @@ fn sample(step: u64) -> Sample {
         demands_n: vec![0.0; 2],
         pressures_pa: vec![[7e6, 9.86e6]; 2],
         elongations_m: vec![0.0; 3],
+        readings: Vec::new(),
     }
 }
 

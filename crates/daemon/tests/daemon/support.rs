@@ -263,6 +263,7 @@ fn published(module: ModuleName, sample: &Measurements) -> vocabulary::Sample {
         demands_n,
         pressures_pa,
         elongations_m,
+        readings: Vec::new(),
     }
 }
 

@@ -8,7 +8,7 @@ mod input;
 pub use configuration::{from_diagnoser, setup_fingerprint, to_diagnoser, to_setup};
 pub use input::{from_taken, to_memory, to_taken};
 
-use crate::Transition;
+use crate::{Diagnoser, Transition};
 use vocabulary::{
     Component, ComponentPath, FaultTransition, FreezeFrame, FrozenSignals, ModuleName, RunId, Step,
     StructureName, Verdict,
@@ -116,21 +116,22 @@ impl Speaker {
         }
     }
 
-    /// The message on its channels, each with what is known of it at this step.
+    /// The message on its diagnoser's channels, each with what is known of it at this step, the latest one.
     #[must_use]
     pub fn divergences(
         &self,
-        run: RunId,
-        step: Step,
-        channels: (&[Component], &[crate::Evidence]),
+        (run, step): (RunId, Step),
+        diagnoser: &Diagnoser,
         time_unix_ns: u64,
     ) -> vocabulary::Divergences {
-        let (components, evidence) = channels;
+        let (components, evidence) = (diagnoser.components(), diagnoser.evidence());
+        let own_unit = diagnoser.channels.learned().is_some();
         let channel = |(component, evidence): (&Component, &crate::Evidence)| vocabulary::Channel {
             component: component.clone(),
             residual: evidence.residual,
             divergence: evidence.divergence,
             threshold: evidence.threshold,
+            own_unit,
         };
         vocabulary::Divergences {
             structure: self.structure.clone(),

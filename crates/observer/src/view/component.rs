@@ -124,7 +124,7 @@ impl EventLine {
             }
             Symptom::NoSignal => transition.onset_step.map(|step| format!("since step {step}")),
             // The text of the reason includes the onset.
-            Symptom::Departure | Symptom::OilContent | Symptom::Scatter => None,
+            Symptom::Departure | Symptom::OilContent | Symptom::Scatter | Symptom::Reading => None,
         };
         // After an order the news is the order, not the onset of the earlier change.
         let began = began

@@ -199,6 +199,7 @@ impl Live {
             demands_n,
             pressures_pa,
             elongations_m,
+            readings: Vec::new(),
         };
         self.publish(place, Topic::Sample, &message, step.0);
     }
@@ -212,8 +213,7 @@ impl Live {
         if node.diagnoser.counters().samples > before.samples
             && (changed || step.0.is_multiple_of(100))
         {
-            let channels = (node.diagnoser.components(), node.diagnoser.evidence());
-            let message = node.speaker.divergences(self.run, step, channels, self.clock);
+            let message = node.speaker.divergences((self.run, step), &node.diagnoser, self.clock);
             self.publish(place, Topic::Divergence, &message, step.0);
         }
     }

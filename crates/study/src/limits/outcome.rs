@@ -61,7 +61,11 @@ pub(super) fn outcome(
 
 fn by_change(verdict: &Verdict, symptom: Option<Symptom>) -> DetectionOutcome {
     match (verdict, symptom) {
-        (_, Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter) | None)
+        (
+            _,
+            Some(Symptom::Departure | Symptom::OilContent | Symptom::Scatter | Symptom::Reading)
+            | None,
+        )
         | (Verdict::Normal | Verdict::Unknown | Verdict::Explained { .. }, _) => {
             DetectionOutcome::Nothing
         }

@@ -85,6 +85,8 @@ pub fn setups(structure: &Structure, parameters: &PlantParameters) -> Vec<Module
         thresholds: vec![0.0035; 12],
         peers: names.iter().filter(|peer| *peer != name).cloned().collect(),
         reference: None,
+        learned: None,
+        readings: Vec::new(),
     });
     setups.collect()
 }

@@ -30,6 +30,7 @@ pub(crate) struct ChannelPoint {
     pub(crate) residual: f64,
     /// The divergence over its threshold; NaN while undefined.
     pub(crate) ratio: f64,
+    pub(crate) own_unit: bool,
 }
 
 /// What is known of a component besides its state.
@@ -103,7 +104,7 @@ impl CloseUp {
             self.latest.pop_front();
         }
         let ratio = channel.divergence.map_or(f64::NAN, |value| value / channel.threshold);
-        let (step, residual) = (message.step.0, channel.residual);
-        self.latest.push_back(ChannelPoint { step, residual, ratio });
+        let (step, residual, own_unit) = (message.step.0, channel.residual, channel.own_unit);
+        self.latest.push_back(ChannelPoint { step, residual, ratio, own_unit });
     }
 }

@@ -161,7 +161,9 @@ fn points(frame: &FreezeFrame, name: &str, of: impl Fn(f64) -> f64) -> Vec<(f64,
 
 /// Plots of the divergences as they arrive.
 fn of_latest(seen: &CloseUp) -> [Plot; 2] {
+    let own_unit = seen.latest.back().is_some_and(|latest| latest.own_unit);
     let (scale, unit) = match seen.subject.component.component.kind() {
+        _ if own_unit => (1.0, "unit of the reading"),
         vocabulary::ComponentKind::Sensor => (1e6, "µm"),
         vocabulary::ComponentKind::Actuator => (1.0, "N"),
     };

@@ -1,5 +1,6 @@
 //! Quantities with their units.
 
+use super::identification::decimals;
 use crate::{ComponentKind, Doubt, FaultTransition, Symptom, Verdict};
 
 /// A residual in the unit that suits it: N for an actuator, µm for a gage.
@@ -28,7 +29,14 @@ pub fn at_detection(transition: &FaultTransition) -> Option<[(&'static str, Stri
         Symptom::Departure => Some([of_residual(), score()]),
         Symptom::OilContent => Some([("oil content", format!("{:+.2} bar", value / 1e5)), score()]),
         Symptom::Scatter => Some([("noise", format!("{:.2} µm", value * 1e6)), score()]),
+        Symptom::Reading => Some([("too large by", in_own_unit(value)), score()]),
     }
+}
+
+/// A value whose unit is not known, to four digits.
+pub(super) fn in_own_unit(value: f64) -> String {
+    let digits = decimals(value / 1e3);
+    format!("{value:+.digits$}")
 }
 
 /// A force as it was ordered: in kN from 1 kN on.
@@ -94,6 +102,12 @@ mod tests {
                 Symptom::OilContent,
                 8_324_771.6,
                 "oil content +83.25 bar, score 22.9 × its threshold",
+            ),
+            (
+                gage,
+                Symptom::Reading,
+                -0.1234567,
+                "too large by -0.1235, score 22.9 × its threshold",
             ),
             (gage, Symptom::Scatter, 9e-7, "noise 0.90 µm, score 22.9 × its threshold"),
         ] {

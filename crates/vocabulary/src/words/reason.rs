@@ -5,7 +5,7 @@ use crate::{Doubt, FaultTransition, GivenOrder, GivenOrderKind, Symptom, Verdict
 
 use super::aside::{asides, by_whom};
 use super::doubt::why_unconfirmed;
-use super::quantity::residual;
+use super::quantity::{in_own_unit, residual};
 use super::time::utc;
 
 /// Why it is in this state now, in words; empty if there is nothing to say beside the state. An order that ended a
@@ -93,6 +93,15 @@ fn symptom(transition: &FaultTransition) -> Option<String> {
         }
         Symptom::OilContent => departs("its oil content"),
         Symptom::Scatter => departs("its noise"),
+        Symptom::Reading => {
+            let by = transition.evidence.as_ref().map(|e| in_own_unit(e.residual));
+            let since = match (transition.before_service, transition.onset_step) {
+                (false, Some(step)) => format!(", since step {step}"),
+                _ => ", already at the first comparison".to_owned(),
+            };
+            let by = by.map_or_else(String::new, |by| format!(", off by {by}"));
+            Some(format!("its reading is not what the other channels say{by}{since}"))
+        }
     }
 }
 

@@ -52,7 +52,9 @@ fn points<'a>(transition: &FaultTransition, traces: &'a Traces) -> Vec<Point<'a>
 }
 
 fn residual(transition: &FaultTransition, points: &[Point<'_>]) -> Panel {
+    let own_unit = points.last().is_some_and(|(_, channel)| channel.own_unit);
     let (scale, unit) = match transition.component.component.kind() {
+        _ if own_unit => (1.0, "unit of the reading"),
         ComponentKind::Actuator => (1e-3, "kN"),
         ComponentKind::Sensor => (1e6, "µm"),
     };

@@ -97,6 +97,7 @@ mod tests {
                 residual: 1e-6,
                 divergence: Some(0.1),
                 threshold: 1.0,
+                own_unit: false,
             };
             Arc::new(Divergences {
                 structure: "tower".parse().unwrap(),

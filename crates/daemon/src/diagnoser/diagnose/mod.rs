@@ -17,7 +17,6 @@ use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
 use diagnosis::messages::Speaker;
-use diagnosis::state::WindowLength;
 use diagnosis::{Action, Diagnoser, Event};
 use process::{
     PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness, UNAWAITED,
@@ -206,7 +205,7 @@ impl DiagnosisLoop {
         self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
         let is_new_run = self.diagnoser.counters().runs != runs_before;
-        if is_new_run || self.diagnoser.window(WindowLength::Long).is_some() {
+        if is_new_run || self.diagnoser.has_compared() {
             self.note_conditions();
         }
         let changed = self.diagnoser.counters().changes != changes_before;
@@ -271,9 +270,8 @@ impl DiagnosisLoop {
         };
         let due_now = changed || due(step, self.publish.divergence_every_steps);
         if due_now && self.executor.outbox.audiences.divergences.is_there() {
-            let channels = (self.diagnoser.components(), self.diagnoser.evidence());
             let speaker = &self.executor.speaker;
-            let message = speaker.divergences(run, step, channels, clock::unix_ns());
+            let message = speaker.divergences((run, step), &self.diagnoser, clock::unix_ns());
             self.executor.outbox.routine(Routine::Divergences(message));
         }
         if due(step.plus(1), self.publish.progress_every_steps) {

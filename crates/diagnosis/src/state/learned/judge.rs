@@ -6,6 +6,9 @@
 
 use std::collections::VecDeque;
 
+use serde::{Deserialize, Serialize};
+use vocabulary::Obstacle;
+
 use super::super::fault_set::{is_evidence, smallest};
 use super::super::gaussian::{Gaussian, GaussianComparison, Inverses, ValueDeparture};
 use super::LearnedModule;
@@ -32,11 +35,13 @@ const AGREES: f64 = 0.5;
 const AS_WELL: f64 = 0.8;
 /// A change back has a size between these shares of the first.
 const BACK: std::ops::Range<f64> = 0.5..2.0;
+/// Most displacements of a fault that its kind is told by; of more, every second one is kept.
+const MOST_DISPLACEMENTS: usize = 1200;
 /// For how long displacements before the onset are remembered \[s\].
 const REMEMBERED_S: f64 = 60.0;
 
 /// What is known of a channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ChannelState {
     /// It agrees with the others, in loads that were seen.
     Normal,
@@ -61,7 +66,7 @@ impl ChannelState {
 }
 
 /// A state that lasted from one sample to another.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChannelVerdict {
     /// The channel; `None` of all that are not judged otherwise.
     pub channel: Option<usize>,
@@ -90,8 +95,28 @@ pub struct ChannelSummary {
     pub normal: f64,
 }
 
+/// How a channel stands at present.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ChannelStanding {
+    pub(crate) state: ChannelState,
+    /// The sample at which a fault or a loss of the signal began; else the latest one.
+    pub(crate) first: u64,
+    /// What was found of it last.
+    pub(crate) found: Option<ShownDeparture>,
+}
+
+/// How far a channel is from what the others say.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct ShownDeparture {
+    /// How much too large its reading is, or has become, in its unit.
+    pub(crate) size: f64,
+    /// z'.
+    pub(crate) statistic: f64,
+    pub(crate) threshold: f64,
+}
+
 /// A channel's fault, as long as it lasts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct OpenFault {
     first: u64,
     /// The displacement, if a change named it.
@@ -105,25 +130,26 @@ struct OpenFault {
 }
 
 /// An interval of another state, as long as it lasts.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct OpenInterval {
     first: u64,
     reason: String,
 }
 
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct ChannelTrack {
     run: ConstantRun,
     samples: Vec<f64>,
     no_signal: Option<OpenInterval>,
     fault: Option<OpenFault>,
     recent: VecDeque<f64>,
+    found: Option<ShownDeparture>,
     worst: Option<(ChannelState, u64)>,
     normal: u64,
 }
 
 /// Judges samples, one after the other.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct LearnedJudge {
     module: LearnedModule,
     step_s: f64,
@@ -137,6 +163,8 @@ pub struct LearnedJudge {
     /// Windows in a row whose distance from the reference is too large.
     far: usize,
     unknown: Option<OpenInterval>,
+    /// Why nothing is called normal at present.
+    obstacle: Option<Obstacle>,
     closed: Vec<ChannelVerdict>,
 }
 
@@ -156,8 +184,72 @@ impl LearnedJudge {
             accused: Some(Vec::new()),
             far: 0,
             unknown: None,
+            obstacle: None,
             closed: Vec::new(),
         }
+    }
+
+    /// Forgets all samples.
+    pub(crate) fn restart(&mut self) {
+        *self = Self::new(self.module.clone(), self.step_s);
+    }
+
+    /// Skips samples that never arrived; no signal is lost by that. A window with less than half of its samples is not
+    /// judged, and no change is computed across it.
+    pub(crate) fn skip(&mut self, missing: u64) {
+        let per_window = self.per_window as u64;
+        let (before, after) = (self.samples, self.samples + missing);
+        let ended = after / per_window - before / per_window;
+        if ended > 0 {
+            self.samples = (before / per_window + 1) * per_window;
+            self.end_window();
+            if ended > 1 {
+                self.statistics.forget();
+            }
+        }
+        self.samples = after;
+    }
+
+    /// Ends a window, of which some samples may never have come: is it judged?
+    fn end_window(&mut self) -> bool {
+        let enough = self.tracks.iter().all(|track| 2 * track.samples.len() >= self.per_window);
+        if enough {
+            self.window();
+        } else {
+            self.tracks.iter_mut().for_each(|track| track.samples.clear());
+            self.statistics.forget();
+        }
+        enough
+    }
+
+    /// What is known against a channel counts no more; if it still departs, that is found anew.
+    pub(crate) fn forgive(&mut self, channel: usize) {
+        let track = &mut self.tracks[channel];
+        if track.fault.take().is_some() | track.no_signal.take().is_some() {
+            self.statistics.forget();
+        }
+    }
+
+    /// How a channel stands since the latest window.
+    pub(crate) fn standing(&self, channel: usize) -> ChannelStanding {
+        let track = &self.tracks[channel];
+        let (state, first) = match (&track.fault, &track.no_signal) {
+            (Some(fault), _) => (ChannelState::Faulty, fault.first),
+            (None, Some(open)) => (ChannelState::NoSignal, open.first),
+            (None, None) if self.obstacle.is_some() => (ChannelState::Unknown, self.samples),
+            (None, None) => (ChannelState::Normal, self.samples),
+        };
+        ChannelStanding { state, first, found: track.found }
+    }
+
+    /// Why nothing is called normal at present.
+    pub(crate) fn obstacle(&self) -> Option<&Obstacle> {
+        self.obstacle.as_ref()
+    }
+
+    /// Samples of a window.
+    pub(crate) fn per_window(&self) -> u64 {
+        self.per_window as u64
     }
 
     /// Takes the next sample, a value for each channel, NaN if missing. Returns what has ended.
@@ -173,7 +265,7 @@ impl LearnedJudge {
         }
         self.samples += 1;
         if self.samples.is_multiple_of(self.per_window as u64) {
-            self.window();
+            self.end_window();
         }
         std::mem::take(&mut self.closed)
     }
@@ -195,6 +287,12 @@ impl LearnedJudge {
         };
         let summaries = self.tracks.iter().map(summary).collect();
         (self.closed, summaries)
+    }
+
+    /// What a faulty channel should have read in the latest window, if the others tell.
+    pub fn expected(&self, channel: usize) -> Option<f64> {
+        let latest = self.tracks[channel].fault.as_ref()?.displacements.last()?;
+        Some(latest.reading - latest.size)
     }
 
     /// The number of whole windows so far.
@@ -223,17 +321,21 @@ impl LearnedJudge {
         self.judge_changes(factor);
         let fits = self.judge_reference(&values, factor);
         self.statistics.keep();
-        let reason = match beyond {
-            None => Some("no input has a signal".to_owned()),
-            Some(beyond) if beyond > BEYOND => Some(format!(
+        self.obstacle = match beyond {
+            Some(beyond) if beyond <= BEYOND => (!fits).then_some(Obstacle::NoFewChannels),
+            _ => Some(Obstacle::UnseenLoads),
+        };
+        let reason = match (&self.obstacle, beyond) {
+            (None, _) => None,
+            (Some(Obstacle::UnseenLoads), Some(beyond)) => Some(format!(
                 "loads beyond those of the healthy recordings by {:.0} % of their range",
                 100.0 * beyond
             )),
-            Some(_) if !fits => Some(
+            (Some(Obstacle::UnseenLoads), None) => Some("no input has a signal".to_owned()),
+            (Some(_), _) => Some(
                 "no few channels explain the departure: several channels, or the structure itself"
                     .to_owned(),
             ),
-            Some(_) => None,
         };
         self.judge_unknown(reason);
     }
@@ -288,6 +390,7 @@ impl LearnedJudge {
                 return;
             };
             let first = self.onset();
+            self.tracks[channel].found = Some(shown(departure, threshold));
             self.accuse(channel, first, Some(departure.size));
         }
     }
@@ -341,6 +444,7 @@ impl LearnedJudge {
         let most = (REMEMBERED_S / self.module.window_s).max(4.0) as usize;
         for &channel in present {
             let Some(departure) = all.departure(channel) else { continue };
+            self.tracks[channel].found = Some(shown(departure, self.module.reference_threshold));
             let recent = &mut self.tracks[channel].recent;
             recent.push_back(departure.size);
             if recent.len() > most {
@@ -378,14 +482,23 @@ impl LearnedJudge {
             let departure = self.compare(values, &others).and_then(|all| all.departure(channel));
             let change = self.statistics.changes(&self.module.change, &others);
             let change = change.and_then(|held| held.into_iter().find(|(k, _)| *k == channel));
-            let Some(fault) = &mut self.tracks[channel].fault else { continue };
+            let track = &mut self.tracks[channel];
+            let Some(fault) = &mut track.fault else { continue };
             if let Some(departure) = departure {
+                track.found = Some(shown(departure, self.module.reference_threshold));
                 let displacement = Displacement {
                     at_s: (self.windows * window) as f64 * self.step_s,
                     reading: values[channel],
                     size: departure.size,
                 };
                 fault.displacements.push(displacement);
+                if fault.displacements.len() > MOST_DISPLACEMENTS {
+                    let mut even = false;
+                    fault.displacements.retain(|_| {
+                        even = !even;
+                        even
+                    });
+                }
                 if departure.predicted > self.module.reference_threshold {
                     fault.by_reference = true;
                 }
@@ -496,6 +609,10 @@ impl LearnedJudge {
     }
 }
 
+fn shown(departure: ValueDeparture, threshold: f64) -> ShownDeparture {
+    ShownDeparture { size: departure.size, statistic: departure.predicted, threshold }
+}
+
 /// Do other channels explain the departure as well as this one?
 fn is_shared(
     all: &GaussianComparison,
@@ -525,7 +642,7 @@ pub(super) fn differences(windows: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>
 }
 
 /// The latest windows, and the statistics of the one before.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Statistics {
     recent: VecDeque<Vec<f64>>,
     reference_inverses: Inverses,

@@ -1,5 +1,7 @@
 //! Kind and size of a displaced channel, from what it is displaced by since its onset.
 
+use serde::{Deserialize, Serialize};
+
 use super::LearnedChannel;
 
 /// The next kind has to fit so many times worse.
@@ -16,7 +18,7 @@ const ZERO: f64 = 1e-3;
 const NORMAL_95: f64 = 1.96;
 
 /// A window's displacement.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Displacement {
     pub(super) at_s: f64,
     pub(super) reading: f64,
@@ -25,7 +27,7 @@ pub(super) struct Displacement {
 }
 
 /// What a displaced channel does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DisplacementKind {
     /// The reading does not move.
     Stuck,
@@ -53,7 +55,7 @@ impl DisplacementKind {
 }
 
 /// The kind that fits best.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FittedKind {
     /// The kind.
     pub kind: DisplacementKind,

@@ -44,7 +44,8 @@ pub struct LearnedChannel {
     pub highest: f64,
     /// How long it may keep one value before it counts as dead \[s\].
     pub longest_constant_s: f64,
-    /// The smallest displacement that its reference finds in most cases, in the channel's unit.
+    /// The smallest displacement that its reference finds in most cases, in the channel's unit; infinite if it finds none.
+    #[serde(deserialize_with = "crate::settings::infinite_if_none")]
     pub smallest_found: f64,
 }
 
@@ -91,6 +92,12 @@ pub struct LearnedModule {
 }
 
 impl LearnedModule {
+    /// Distinguishes it from other learned modules.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        super::fingerprint(&format!("{self:?}"))
+    }
+
     /// What makes it unusable, in words.
     ///
     /// # Errors

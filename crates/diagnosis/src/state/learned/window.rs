@@ -1,5 +1,7 @@
 //! Samples to medians of windows.
 
+use serde::{Deserialize, Serialize};
+
 /// Samples of a window, at this step and length \[s\]; at least one.
 pub(super) fn samples_per_window(step_s: f64, window_s: f64) -> usize {
     (window_s / step_s).round().max(1.0) as usize
@@ -24,7 +26,7 @@ pub(super) fn medians(samples: &[f64], per_window: usize) -> Vec<f64> {
 }
 
 /// How long a channel has kept its value.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub(super) struct ConstantRun {
     value: Option<f64>,
     samples: usize,
