@@ -22,7 +22,7 @@ const LAST_LINES: Duration = Duration::from_millis(500);
 /// Print events as they happen, one line each, until interrupted
 ///
 /// Prints changes of verdicts, new identifications of faults, changes of modules' phases, diagnosers that appear or
-/// disappear, and modules that several processes run as; first the latest of each. Waits for absent diagnosers.
+/// disappear, and modules with several processes; starts with the latest of each. Waits for absent diagnosers.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line

@@ -16,10 +16,10 @@ use crate::failure::Failure;
 const LONGEST_S: f64 = 3600.0;
 
 const AFTER_HELP: &str = "\
-As a client (the default) this sees what the diagnoser or router that it connects to sees; of several \
-endpoints it takes the first that answers. As a peer it connects to each of them.
+A client (the default) connects to the first endpoint that answers and sees what that diagnoser or router \
+sees. A peer connects to every endpoint.
 
-What no flag says is taken from TRUSSWATCH_CONNECT (endpoints with commas between), TRUSSWATCH_TLS and \
+Settings without a flag come from TRUSSWATCH_CONNECT (endpoints separated by commas), TRUSSWATCH_TLS and \
 TRUSSWATCH_STRUCTURE, then from a context of ~/.config/trusswatch/client.toml or \
 /etc/trusswatch/client.toml:
 
@@ -30,7 +30,7 @@ TRUSSWATCH_STRUCTURE, then from a context of ~/.config/trusswatch/client.toml or
   tls = \"pki/operator.ada\"
   structure = \"tower\"";
 
-/// Where the structure is, and for how long it is waited for.
+/// Endpoints of the structure and timeout.
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = "Network", after_long_help = AFTER_HELP)]
 pub(crate) struct Link {
@@ -38,11 +38,11 @@ pub(crate) struct Link {
     network: NetworkFlags,
     /// Client of one diagnoser or router, or peer of each endpoint
     #[arg(long, value_enum, value_name = "MODE")]
-    mode: Option<LinkMode>,
-    /// Zenoh's own settings (JSON5), e.g. certificates; used as they are
+    mode: Option<Mode>,
+    /// Zenoh settings (JSON5), e.g. certificates; used unchanged
     #[arg(long, value_name = "FILE")]
     zenoh: Option<PathBuf>,
-    /// Only this structure; otherwise every one that is seen
+    /// Only this structure [default: every structure seen]
     #[arg(long, value_name = "NAME")]
     structure: Option<StructureName>,
     /// The context of the client file to use
@@ -51,12 +51,6 @@ pub(crate) struct Link {
     /// Longest wait for the connection, for modules to appear, and for each answer [s]
     #[arg(long, default_value = "3", value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Duration,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-enum LinkMode {
-    Client,
-    Peer,
 }
 
 /// The resolved connection: flags, environment and client file combined.
@@ -80,11 +74,7 @@ impl Link {
     /// Resolves settings that the flags leave open.
     pub(crate) fn target(&self) -> Result<LinkTarget, Failure> {
         let NetworkFlags { listen, connect, tls } = self.network.clone();
-        let mode = self.mode.map(|mode| match mode {
-            LinkMode::Client => Mode::Client,
-            LinkMode::Peer => Mode::Peer,
-        });
-        let (zenoh, structure) = (self.zenoh.clone(), self.structure.clone());
+        let (mode, zenoh, structure) = (self.mode, self.zenoh.clone(), self.structure.clone());
         let flags = Context { mode, listen, connect, tls, zenoh, structure };
         let mut merged = flags.or(Context::from_environment()?);
         if self.context.is_some() || !merged.names_a_place() {

@@ -13,16 +13,16 @@ use crate::paint::Paint;
 
 /// Watch modules, alarms and events on the terminal, and issue commands by key
 ///
-/// It can be started before anything else and stays when the network goes away. `?` lists the keys. Orders are
-/// given in the name of the operator whose certificate is shown; without TLS, in the name that --by says. Colours
-/// are left out with NO_COLOR; symbols and words say the same. Where LC_ALL, LC_CTYPE or LANG says that the terminal has
-/// no UTF-8, symbols are ASCII.
+/// It may start before the diagnosers, and keeps running when the network fails. `?` lists the keys. Commands
+/// are issued under the name in the operator's certificate; without TLS, under the name in --by. NO_COLOR switches
+/// colours off; symbols and words give the same information. If LC_ALL, LC_CTYPE or LANG does not name UTF-8, symbols are
+/// ASCII.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// Modules that should be there: until they are heard they stand among the alarms
+    /// Modules that should be present; a missing one is listed among the alarms
     #[arg(long, value_name = "MODULE", value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// Who gives orders, where no operator's certificate says so [default: the user and this machine, USER@HOST]
+    /// Name of the person who issues commands, if no operator's certificate is used [default: USER@HOST]
     #[arg(long, value_name = "WHO")]
     by: Option<String>,
     #[command(flatten)]
@@ -33,13 +33,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if !io::stdout().is_terminal() {
         return Err(Failure::usage(
             "standard output is not a terminal; `trusswatch follow` prints events line by line, and \
-             `trusswatch faults` prints what is the case now",
+             `trusswatch faults` prints the present state",
         ));
     }
     if std::env::var_os("TERM").is_some_and(|terminal| terminal == "dumb") {
         return Err(Failure::usage(
             "the terminal has no cursor control (TERM=dumb); `trusswatch follow` prints events line by line, and \
-             `trusswatch faults` prints what is the case now",
+             `trusswatch faults` prints the present state",
         ));
     }
     let target = arguments.link.target()?;
@@ -66,15 +66,15 @@ fn settings(arguments: &Arguments, target: &LinkTarget) -> Result<ViewSettings, 
     })
 }
 
-/// The issuer of orders. A certificate that does not belong to an operator permits none, because access control would
-/// deny them.
+/// The issuer of commands; none with the certificate of another holder than an operator, because access control would deny
+/// them.
 fn issuer(
     arguments: &Arguments,
     target: &LinkTarget,
 ) -> Result<Result<OrderIssuer, String>, Failure> {
     let operator = target.operator();
     if operator.is_none() && target.network().tls.is_some() {
-        return Ok(Err("the certificate that is shown is not an operator's".to_owned()));
+        return Ok(Err("the certificate is not an operator's".to_owned()));
     }
     match order::issuer(arguments.by.as_deref(), operator.as_ref()) {
         Ok(by) => Ok(Ok(OrderIssuer { by, operator })),

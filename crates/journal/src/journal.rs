@@ -53,7 +53,7 @@ impl Journal {
         }
         files::create_directory(directory)?;
         let files = JournalFiles::of(directory);
-        let lock = Lock::take(&files)?;
+        let lock = Lock::acquire(&files)?;
         rotation::settle(&files)?;
         Ok(Self::load(files, lock)?)
     }

@@ -108,13 +108,12 @@ impl LineReader {
     }
 }
 
-/// The records in a journal at the moment of opening, oldest first, in constant memory. The iterator ends after a
-/// record that cannot be read.
+/// The records in a journal at the moment of opening, oldest first, in constant memory. Skips damaged lines, and ends after
+/// an error of the file system.
 #[derive(Debug)]
 pub struct Records {
     /// The files left to read; the one being read is the last.
     files: Vec<LineReader>,
-    passed_over: u64,
 }
 
 /// Reads the records of the older and then of the present file. Needs no lock: another handle may append and rotate
@@ -127,15 +126,7 @@ pub fn read(directory: &Path) -> Result<Records, OpenError> {
     for file in both(directory)?.into_iter().rev().flatten() {
         lines.push(LineReader::new(file.file, &file.path)?);
     }
-    Ok(Records { files: lines, passed_over: 0 })
-}
-
-impl Records {
-    /// Number of corrupt lines skipped so far.
-    #[must_use]
-    pub fn passed_over(&self) -> u64 {
-        self.passed_over
-    }
+    Ok(Records { files: lines })
 }
 
 impl Iterator for Records {
@@ -145,9 +136,7 @@ impl Iterator for Records {
         loop {
             match self.files.last_mut()?.next_part() {
                 Ok(Some(LinePart::Record(record))) => return Some(Ok(record)),
-                Ok(Some(LinePart::Damage(damage))) => {
-                    self.passed_over += u64::from(damage.kind == DamageKind::Corrupt);
-                }
+                Ok(Some(LinePart::Damage(_))) => {}
                 Ok(None) => {
                     self.files.pop();
                 }
@@ -184,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_too_long_is_passed_over_even_if_its_end_looks_like_a_record() {
+    fn a_line_too_long_is_skipped_even_if_its_end_looks_like_a_record() {
         let record = line::encode(["record"]).unwrap();
         let long = vec![b'x'; MAX_LINE_BYTES];
         let bytes = [&record[..], &long, &record, &record].concat();

@@ -14,7 +14,7 @@ pub(crate) struct Lock {
 
 impl Lock {
     /// Acquires the lock, or reports its holder.
-    pub(crate) fn take(files: &JournalFiles) -> Result<Self, OpenError> {
+    pub(crate) fn acquire(files: &JournalFiles) -> Result<Self, OpenError> {
         let mut file =
             files::replacing().open(&files.lock).map_err(FileError::of("open", &files.lock))?;
         match file.try_lock() {

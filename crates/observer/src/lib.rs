@@ -32,5 +32,5 @@ pub use view::{
     JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView, NetworkState, News,
     ObservedEvent, OrderOutcome, OrderRequest, QueryError, RowId, Scene, StateRow, StructureRow,
     Structures, Urgency, alarms, all_is_well, explained_by, in_a_sentence, known_identification,
-    rows, sign, structures, title,
+    order_subject, rows, sign, structures, title,
 };

@@ -29,7 +29,7 @@ pub async fn history(
     while let Some(asked) = next {
         let parameters = HistoryQuestion::since(asked).to_parameters();
         let page = ask(session, &key, &parameters, timeout).await;
-        match page.and_then(|page| history.take(asked, page)) {
+        match page.and_then(|page| history.accept(asked, page)) {
             Ok(following) => next = following,
             Err(error) => {
                 history.broken_off = Some(error);
@@ -55,7 +55,7 @@ pub async fn identification(
     let key = Key::of_module(structure, &component.module, topic);
     match ask::<Identification>(session, &key, "", timeout).await {
         Ok(found) if found.component == *component => Ok(Some(found)),
-        Ok(found) => Err(senseless(format!("it is of `{}`", found.component))),
+        Ok(found) => Err(senseless(format!("the reply belongs to `{}`", found.component))),
         Err(QueryError::Unanswered(_)) => Ok(None),
         Err(error) => Err(error),
     }
@@ -76,7 +76,10 @@ pub async fn freeze_frame(
     let parameters = FreezeFrameQuestion { transition: Some(transition) }.to_parameters();
     let frame = ask::<FreezeFrame>(session, &key, &parameters, timeout).await?;
     if frame.signals.sequence != transition {
-        return Err(senseless(format!("it is of transition {}", frame.signals.sequence)));
+        return Err(senseless(format!(
+            "the frame belongs to transition {}",
+            frame.signals.sequence
+        )));
     }
     check(frame)
 }
@@ -116,13 +119,13 @@ pub async fn freeze_frame_of(
     let kept = freeze_frames(session, structure, module, timeout).await;
     let kept = kept.map_err(|error| why(&error))?;
     let Some(head) = kept.iter().find(|frame| is_frame_of(frame, found)) else {
-        return Err("it is complete only two seconds after latching, and only the latest are kept"
+        return Err("frames are complete two seconds after latching, and only the latest are kept"
             .to_owned());
     };
     let frame = freeze_frame(session, structure, module, head.signals.sequence, timeout).await;
     match frame {
         Ok(frame) if is_frame_of(&frame, found) => Ok(frame),
-        Ok(frame) => Err(format!("the answer is of another fault, of {}", frame.component)),
+        Ok(frame) => Err(format!("the reply belongs to another fault, of {}", frame.component)),
         Err(error) => Err(why(&error)),
     }
 }

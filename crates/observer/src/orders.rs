@@ -29,7 +29,7 @@ pub async fn order(
             )
         };
         let (replied, meant) = (named(obeyed.component.as_ref()), named(meant));
-        return Err(senseless(format!("it is about {replied}, the order was about {meant}")));
+        return Err(senseless(format!("the reply names {replied}, the command named {meant}")));
     }
     Ok(obeyed)
 }

@@ -19,7 +19,7 @@ const NAMESAKES_WITHIN: Duration = Duration::from_millis(500);
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AttendanceError {
     /// Processes that were not found in time.
-    #[error("not there after {waited:?}: {}", missing.join(", "))]
+    #[error("not seen within {waited:?}: {}", missing.join(", "))]
     Missing {
         /// Their names; the plant is `plant`.
         missing: Vec<String>,
@@ -43,13 +43,9 @@ pub async fn wait_for(
     plant: bool,
     timeout: Duration,
 ) -> Result<(), AttendanceError> {
-    let name = |key: Key| match key {
-        Key::Module { structure, module, .. } => Some((module.to_string(), structure)),
-        Key::Plant { structure, .. } => Some((PLANT.to_owned(), structure)),
-    };
     let plant = plant.then(|| PLANT.to_owned());
     let mut missing: Vec<String> = modules.iter().map(ToString::to_string).chain(plant).collect();
-    let found = find(session, Some(structure), Homes::of(&missing, name), timeout).await?;
+    let found = find(session, Some(structure), &missing, timeout).await?;
     missing.retain(|name| !found.contains_key(name));
     if missing.is_empty() {
         return Ok(());
@@ -69,11 +65,10 @@ pub async fn homes(
     modules: &[ModuleName],
     timeout: Duration,
 ) -> Result<BTreeMap<ModuleName, BTreeSet<StructureName>>, AttendanceError> {
-    let name = |key: Key| match key {
-        Key::Module { structure, module, .. } => Some((module, structure)),
-        Key::Plant { .. } => None,
-    };
-    find(session, structure, Homes::of(modules, name), timeout).await
+    let wanted: Vec<String> = modules.iter().map(ToString::to_string).collect();
+    let mut found = find(session, structure, &wanted, timeout).await?;
+    let home = |module: &ModuleName| Some((module.clone(), found.remove(module.as_str())?));
+    Ok(modules.iter().filter_map(home).collect())
 }
 
 /// Finds the structures that have a simulated plant. Waits for one like [`homes`]; empty if none was found.
@@ -85,70 +80,47 @@ pub async fn plants(
     structure: Option<&StructureName>,
     timeout: Duration,
 ) -> Result<BTreeSet<StructureName>, AttendanceError> {
-    let name = |key: Key| match key {
-        Key::Plant { structure, .. } => Some(((), structure)),
-        Key::Module { .. } => None,
-    };
-    let mut found = find(session, structure, Homes::of(&[()], name), timeout).await?;
-    Ok(found.remove(&()).unwrap_or_default())
+    let mut found = find(session, structure, &[PLANT.to_owned()], timeout).await?;
+    Ok(found.remove(PLANT).unwrap_or_default())
 }
 
-async fn find<N: Ord + Clone, F: Fn(Key) -> Option<(N, StructureName)>>(
+/// The structures of each of these processes, by name; `plant` is the plant.
+async fn find(
     session: &Session,
     structure: Option<&StructureName>,
-    mut homes: Homes<'_, N, F>,
+    wanted: &[String],
     timeout: Duration,
-) -> Result<BTreeMap<N, BTreeSet<StructureName>>, AttendanceError> {
+) -> Result<BTreeMap<String, BTreeSet<StructureName>>, AttendanceError> {
     let refused = |error: zenoh::Error| AttendanceError::Network(error.to_string());
     let expression = Watched { structure, module: None }.tokens();
     let liveliness = session.liveliness();
     let tokens = liveliness.declare_subscriber(&expression).history(true).await.map_err(refused)?;
+    let mut found: BTreeMap<String, BTreeSet<StructureName>> = BTreeMap::new();
     let end = Instant::now() + timeout;
     let mut until = end;
     while let Ok(Ok(token)) = timeout_at(until, tokens.recv_async()).await {
-        homes.note(token.key_expr().as_str(), token.kind() == SampleKind::Put);
-        if homes.are_complete() {
-            // With a given structure there are no others to wait for.
-            let hold = structure.map_or(NAMESAKES_WITHIN, |_| Duration::ZERO);
-            until = until.min(Instant::now() + hold);
-        } else {
-            until = end;
+        let (name, structure_of) = match token.key_expr().as_str().parse() {
+            Ok(Key::Module { structure, module, .. }) => (module.to_string(), structure),
+            Ok(Key::Plant { structure, .. }) => (PLANT.to_owned(), structure),
+            Err(_) => continue,
+        };
+        if !wanted.contains(&name) {
+            continue;
         }
-    }
-    Ok(homes.found)
-}
-
-/// Which of the wanted processes were found, and in which structures.
-struct Homes<'a, N, F> {
-    wanted: &'a [N],
-    /// Extracts the name and the structure from a token's key.
-    name: F,
-    found: BTreeMap<N, BTreeSet<StructureName>>,
-}
-
-impl<'a, N: Ord + Clone, F: Fn(Key) -> Option<(N, StructureName)>> Homes<'a, N, F> {
-    fn of(wanted: &'a [N], name: F) -> Self {
-        Self { wanted, name, found: BTreeMap::new() }
-    }
-
-    fn are_complete(&self) -> bool {
-        self.wanted.iter().all(|name| self.found.contains_key(name))
-    }
-
-    fn note(&mut self, key: &str, there: bool) {
-        let named = key.parse::<Key>().ok().and_then(&self.name);
-        let Some((name, structure)) = named else { return };
-        if !self.wanted.contains(&name) {
-            return;
-        }
-        let structures = self.found.entry(name.clone()).or_default();
-        if there {
-            structures.insert(structure);
-        } else {
-            structures.remove(&structure);
+        let structures = found.entry(name.clone()).or_default();
+        match token.kind() {
+            SampleKind::Put => drop(structures.insert(structure_of)),
+            SampleKind::Delete => drop(structures.remove(&structure_of)),
         }
         if structures.is_empty() {
-            self.found.remove(&name);
+            found.remove(&name);
         }
+        until = match structure {
+            _ if wanted.iter().any(|name| !found.contains_key(name)) => end,
+            // With a given structure there are no others to wait for.
+            Some(_) => Instant::now(),
+            None => until.min(Instant::now() + NAMESAKES_WITHIN),
+        };
     }
+    Ok(found)
 }

@@ -6,11 +6,14 @@ use std::time::Duration;
 use vocabulary::{Key, Message, Refused};
 use zenoh::Session;
 use zenoh::bytes::Encoding;
-use zenoh::handlers::DefaultHandler;
-use zenoh::query::{ConsolidationMode, Reply};
+use zenoh::handlers::{DefaultHandler, FifoChannelHandler};
+use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 use zenoh::session::SessionGetBuilder;
 
 use super::view::QueryError;
+
+/// The replies to a query.
+pub(super) type Replies = FifoChannelHandler<Reply>;
 
 /// Queries one process. Returns the first answer, because one process owns a key.
 pub(super) async fn ask<A: Message>(
@@ -56,6 +59,20 @@ async fn answer<A: Message>(
         Ok(Err(_)) => Err(QueryError::Untaken),
         Err(_) => Err(QueryError::Unanswered(timeout)),
     }
+}
+
+/// Queries every process that answers on these keys; the replies end after `timeout`.
+pub(super) async fn ask_all(
+    session: &Session,
+    expression: String,
+    timeout: Duration,
+) -> zenoh::Result<Replies> {
+    session
+        .get(expression)
+        .target(QueryTarget::All)
+        .consolidation(ConsolidationMode::None)
+        .timeout(timeout)
+        .await
 }
 
 /// Decodes a reply. An error reply that is not a [`Refused`] comes from Zenoh itself.

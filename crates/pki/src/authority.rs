@@ -120,8 +120,9 @@ impl Authority {
         let certificate = Certificate::from_pem(pem.as_bytes())
             .map_err(|error| none(&file, error.to_string()))?;
         let structure = certificate.common_name.as_deref().and_then(structure_of);
-        let structure = structure
-            .ok_or_else(|| none(&file, "is not of an authority that trusswatch made".into()))?;
+        let structure = structure.ok_or_else(|| {
+            none(&file, "is not the certificate of an authority made by trusswatch".into())
+        })?;
         let file = directory.join(identity::KEY);
         let unreadable = |error: io::Error| none(&file, CertificateError::from(error).to_string());
         let key = std::fs::read_to_string(&file).map_err(unreadable)?;

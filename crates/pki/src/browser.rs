@@ -31,11 +31,11 @@ pub enum BrowserFileError {
     NoPerson(String),
     /// The password is too short.
     #[error(
-        "the password has {0} characters; use {SHORTEST_PASSWORD} or more, or leave it out to have one made"
+        "the password has {0} characters; use {SHORTEST_PASSWORD} or more, or none, to generate one"
     )]
     Password(usize),
     /// PKCS #12 does not support this kind of certificate or key.
-    #[error("{}: cannot be sealed: {reason}", file.display())]
+    #[error("{}: cannot be encrypted: {reason}", file.display())]
     Sealing {
         /// The file.
         file: PathBuf,
@@ -43,7 +43,7 @@ pub enum BrowserFileError {
         reason: String,
     },
     /// The file already exists or cannot be written.
-    #[error("{}: {reason}; a file that is there is never overwritten: remove it first", file.display())]
+    #[error("{}: {reason}; existing files are never overwritten: remove it first", file.display())]
     Writing {
         /// The file.
         file: PathBuf,

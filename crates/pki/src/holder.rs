@@ -104,7 +104,7 @@ pub enum HolderError {
     Form(String),
     /// The generation is not in canonical form.
     #[error(
-        "`{0}` names no generation of a certificate; `module1~2` does, and `module1` the first"
+        "invalid certificate generation `{0}`: expected e.g. `module1~2`, or `module1` for the first"
     )]
     Generation(String),
     /// The common name has no structure.

@@ -56,7 +56,7 @@ pub enum RevokeError {
     },
     /// A file of the identity cannot be removed.
     #[error(
-        "`{file}` cannot be removed: {reason}; it is revoked, and what is left must be removed by hand"
+        "`{file}` cannot be removed: {reason}; it is revoked, remove the remaining files by hand"
     )]
     Removing {
         /// The file.
@@ -179,7 +179,7 @@ fn absent(authority: &Authority, library: &Library, holder: &Holder) -> RevokeEr
         return RevokeError::Already { name, directory: library.place_of(&holder), holder };
     }
     let known: Vec<String> = holders.iter().map(|known| format!("`{known}`")).collect();
-    let known = if known.is_empty() { "nobody".to_owned() } else { known.join(", ") };
+    let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
     RevokeError::Unknown { directory, holder, known }
 }
 

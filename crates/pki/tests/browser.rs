@@ -27,7 +27,7 @@ fn issued(holder: &str) -> (TempDir, Identity, PathBuf) {
 }
 
 #[test]
-fn a_browser_gets_the_key_and_both_certificates_and_nobody_else_does() {
+fn the_browser_file_holds_key_and_both_certificates_for_its_owner_only() {
     for holder in ["operator.ada", "observer.wall"] {
         let (_folder, identity, file) = issued(holder);
         browser::write(&identity, PASSWORD, &file).unwrap();

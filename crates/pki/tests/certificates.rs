@@ -66,7 +66,7 @@ fn mode(file: &Path) -> u32 {
 }
 
 #[test]
-fn an_identity_says_who_its_holder_is_and_nothing_is_wrong_with_it() {
+fn an_issued_identity_names_its_holder_and_has_no_problem() {
     let bench = Bench::new();
     let identity = bench.module1();
     let here: Vec<Address> = vec!["127.0.0.1".parse().unwrap()];

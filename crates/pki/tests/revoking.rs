@@ -84,7 +84,7 @@ fn a_lost_key_gives_way_to_another_one_of_the_next_generation() {
 }
 
 #[test]
-fn who_comes_back_gets_another_name() {
+fn a_removed_holder_gets_another_name_when_issued_again() {
     let bench = Bench::new();
     bench.issue("operator.ada");
     bench.remove("operator.ada").unwrap();

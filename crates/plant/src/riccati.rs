@@ -40,7 +40,7 @@ pub enum RiccatiError {
     #[error("R is not positive definite; use positive weights")]
     InputWeight,
     /// An intermediate matrix is singular or not finite.
-    #[error("the equation has no stabilising solution that doubling can find")]
+    #[error("doubling found no stabilising solution of the equation")]
     NoSolution,
 }
 

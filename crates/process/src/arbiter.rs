@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn a_diagnoser_that_stood_still_takes_nobody_for_silent() {
+    fn a_diagnoser_that_stood_still_declares_no_peer_silent() {
         let mut bench = Bench::new();
         bench.take(0, 1, 7);
         for (at_ms, step) in [(400, 8), (800, 9)] {

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn what_came_to_nothing_is_told_from_what_was_cut_off() {
+    fn a_finished_symptom_differs_from_an_interrupted_one() {
         let (asked, soon) = (Instant::now(), 10 * MS);
         for (brought_some, reached, is_known, took, nothing) in [
             (true, (true, true), true, soon, false),

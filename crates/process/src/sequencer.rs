@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_of_a_run_that_is_over_are_not_waited_for() {
+    fn samples_of_a_finished_run_are_not_awaited() {
         let mut bench = Bench::new();
         bench.push(1, 0);
         assert_eq!(bench.push(1, 4), [0; 0]);

@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn the_answer_is_waited_for_and_known_to_all_who_handed_in_before() {
+    fn one_answer_resolves_every_earlier_ticket() {
         for durable in [true, false] {
             let (mut queue, now) = (WriteQueue::default(), Instant::now());
             let first = queue.hand_in(changes(0..1), None, now);

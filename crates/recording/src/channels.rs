@@ -5,7 +5,7 @@ use vocabulary::catalogue::{Entry, Travels, catalogue};
 
 use crate::{divergence, loss};
 
-/// The message that travels on a key of trusswatch, published or in reply.
+/// The catalogue entry of the message that is published or sent in reply on a key.
 pub(crate) fn entry_of(topic: &str) -> Option<Entry> {
     let mut parts = topic.split('/').skip(2);
     let (module, rest) = (parts.next()?, parts.collect::<Vec<_>>());

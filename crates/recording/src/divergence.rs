@@ -1,11 +1,11 @@
-//! Divergences as objects keyed by component: viewers plot by name, not by place in an array.
+//! Divergences as objects keyed by component, because viewers plot by name, not by position in an array.
 
 use serde_json::{Map, Number, Value, json};
 use vocabulary::Divergences;
 
 use crate::Recorded;
 
-/// What the topic ends with, after that of the divergences.
+/// Suffix of the topic, after that of the divergences.
 pub(crate) const BY_COMPONENT: &str = "/by-component";
 /// Name of its schema.
 pub(crate) const NAME: &str = "divergences-by-component";
@@ -42,7 +42,7 @@ fn keyed(divergences: &Divergences) -> Value {
     })
 }
 
-/// What is not finite is `null`, as everywhere.
+/// Values that are not finite are `null`.
 fn number(value: Option<f64>) -> Value {
     value.and_then(Number::from_f64).map_or(Value::Null, Value::Number)
 }

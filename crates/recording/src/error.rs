@@ -1,4 +1,4 @@
-//! What can go wrong with a recording.
+//! Errors of recordings.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -31,7 +31,7 @@ impl RecordingError {
         Self::Read { file: file.into(), problem: problem.to_string() }
     }
 
-    /// With the system's reason, if there is one: that the disk is full says more than that writing failed.
+    /// With the system's reason, if there is one: "disk full" says more than "writing failed".
     pub(crate) fn writing(file: &Path, error: &(dyn Error + 'static)) -> Self {
         let mut problem = error.to_string();
         let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! One file after another: a new one by size and time, the oldest deleted by quota.
+//! A series of files: a new one is begun by size and time, the oldest is deleted by quota.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -8,14 +8,14 @@ use crate::{Loss, Metadata, Recorded, RecordingError, Writer, by_component, quot
 /// The highest number that is tried for the name of a file.
 const LAST_NUMBER: u32 = 9999;
 
-/// When a file is followed by the next one, and when the oldest goes.
+/// When the next file is begun, and when the oldest is deleted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FileLimits {
-    /// Longest file without what is at its head ([`RecordingFiles::write_head`]) \[bytes\].
+    /// Longest file without its head ([`RecordingFiles::write_head`]) \[bytes\].
     pub file_bytes: u64,
-    /// Longest time that is recorded in one file \[ns\].
+    /// Longest time recorded in one file \[ns\].
     pub file_ns: u64,
-    /// Most room that all files together take, unless the present one alone is longer \[bytes\].
+    /// Largest total length of all files, unless the present one alone is longer \[bytes\].
     pub quota_bytes: u64,
 }
 
@@ -38,14 +38,14 @@ pub struct RecordingFiles {
 struct Present {
     writer: Writer,
     began_unix_ns: u64,
-    /// What a failure of the disk would lose, by topic.
+    /// The number of messages that a failure of the disk would lose, by topic.
     unsynced: BTreeMap<String, u64>,
-    /// What does not count for its length.
+    /// The part of its length that does not count.
     head_bytes: u64,
 }
 
 impl RecordingFiles {
-    /// RecordingFiles of this name in this directory. None is begun before there is something to write.
+    /// Recordings with this name in this directory. The first file is begun with the first message.
     #[must_use]
     pub fn new(directory: &Path, name: &str, limits: FileLimits) -> Self {
         Self {
@@ -63,11 +63,11 @@ impl RecordingFiles {
         }
     }
 
-    /// Writes a message, and what is derived from it.
+    /// Writes a message, and the messages derived from it.
     ///
     /// # Errors
-    /// It cannot be written. Then the file has ended, what was not yet on the disk counts as lost, and the next message
-    /// begins another file.
+    /// It cannot be written. Then the file ends, messages not yet on the disk count as lost, and the next message begins
+    /// another file.
     pub fn write(&mut self, message: &Recorded, now_unix_ns: u64) -> Result<(), RecordingError> {
         let derived = by_component(message);
         let mut is_counted = false;
@@ -83,8 +83,8 @@ impl RecordingFiles {
         written
     }
 
-    /// Writes a message that every file has at its head. It does not count for the file's length, as long as it is packed to
-    /// three quarters, like text in base64: otherwise a file that is to be short would consist of its head.
+    /// Writes a message that every file has at its head. Three quarters of it, the compressed length of text in base64, do
+    /// not count for the file's length; otherwise a short file would consist of its head.
     ///
     /// # Errors
     /// As when any message is written.
@@ -100,7 +100,7 @@ impl RecordingFiles {
         Ok(())
     }
 
-    /// Writes a message now, and at the start of every later file, until another one of this topic takes its place.
+    /// Writes a message now and at the start of every later file, until another one of its topic replaces it.
     ///
     /// # Errors
     /// As when any message is written.
@@ -110,7 +110,7 @@ impl RecordingFiles {
         now_unix_ns: u64,
     ) -> Result<(), RecordingError> {
         let written = match &self.present {
-            // The opening has it.
+            // Opening the file will write it.
             None => Ok(()),
             Some(_) => self.write(&message, now_unix_ns),
         };
@@ -119,7 +119,7 @@ impl RecordingFiles {
         self.attempt(now_unix_ns, |_| Ok(()))
     }
 
-    /// Says something about the recording now, and at the start of every later file.
+    /// Writes metadata now and at the start of every later file.
     ///
     /// # Errors
     /// As when a message is written.
@@ -137,7 +137,7 @@ impl RecordingFiles {
     /// Counts messages of a topic as lost, in the file as well.
     ///
     /// # Errors
-    /// As when a message is written; they are counted all the same.
+    /// As when a message is written; they are counted nevertheless.
     pub fn lose(
         &mut self,
         topic: &str,
@@ -152,12 +152,12 @@ impl RecordingFiles {
         self.attempt(now_unix_ns, |present| present.writer.write(&loss.to_message()))
     }
 
-    /// While this holds, the present file is not ended for its length or time: its head is still to come.
+    /// Sets whether the present file continues whatever its length and time, because its head is not complete.
     pub fn hold(&mut self, is_held: bool) {
         self.is_held = is_held;
     }
 
-    /// Everything so far is on the disk afterwards; a file that is long enough is ended.
+    /// Syncs everything so far to the disk; ends a file that is long enough.
     ///
     /// # Errors
     /// It cannot be written, as when a message is.
@@ -179,7 +179,7 @@ impl RecordingFiles {
     /// Ends the present file.
     ///
     /// # Errors
-    /// It cannot be written; then it is there unfinished.
+    /// It cannot be written; then it stays unfinished.
     pub fn finish(&mut self) -> Result<(), RecordingError> {
         let losses = self.losses.iter().map(|(topic, count)| (topic.clone(), count.to_string()));
         let losses = Metadata { name: "losses".to_owned(), values: losses.collect() };
@@ -192,7 +192,7 @@ impl RecordingFiles {
         finished
     }
 
-    /// The file being written, and its length so far without what is still in memory \[bytes\].
+    /// The file being written, and its length on the disk \[bytes\].
     pub fn present(&mut self) -> Option<(&Path, u64)> {
         let writer = &mut self.present.as_mut()?.writer;
         let length = writer.written().unwrap_or(0);
@@ -205,12 +205,12 @@ impl RecordingFiles {
         &self.begun
     }
 
-    /// The files deleted since this was last asked.
+    /// The files deleted since the last call.
     pub fn take_deleted(&mut self) -> Vec<PathBuf> {
         std::mem::take(&mut self.deleted)
     }
 
-    /// How many messages of each topic were lost so far.
+    /// The number of messages of each topic lost so far.
     #[must_use]
     pub fn losses(&self) -> &BTreeMap<String, u64> {
         &self.losses
@@ -247,14 +247,14 @@ impl RecordingFiles {
         Ok(Present { writer, began_unix_ns: now_unix_ns, unsynced: BTreeMap::new(), head_bytes: 0 })
     }
 
-    /// Under a name that is not taken.
+    /// Creates the next file under an unused name.
     fn create(&mut self, now_unix_ns: u64) -> Result<Writer, RecordingError> {
         loop {
             self.number += 1;
             let name = quota::file_name(&self.name, now_unix_ns, self.number);
             let file = self.directory.join(name);
             match Writer::create(&file) {
-                // Another recorder has it, perhaps since this moment.
+                // Another recorder uses this name, perhaps since just now.
                 Err(_) if file.exists() && self.number <= LAST_NUMBER => {}
                 created => return created,
             }

@@ -1,9 +1,8 @@
 //! Recordings of published messages, as MCAP files.
 //!
-//! Each key is a topic, each payload is kept verbatim as JSON with its schema; `log_time` and `publish_time` are the
-//! message's own time, `sequence` is its step. Beside them stand two kinds of messages of the recorder's own:
-//! divergences once more as objects keyed by component ([`by_component`]), which viewers plot by name, and what the
-//! recorder lost ([`Loss`]).
+//! Each key is a topic; each payload is stored verbatim as JSON with its schema. `log_time` and `publish_time` are the
+//! message's own time, `sequence` is its step. The recorder adds two kinds of messages: divergences as objects keyed by
+//! component ([`by_component`]), which viewers plot by name, and losses ([`Loss`]).
 //!
 //! | file | what |
 //! |---|---|
@@ -11,10 +10,10 @@
 //! | `channels` | the schema of each topic |
 //! | `divergence`, `loss` | the recorder's own messages |
 //! | `writer` | one file |
-//! | `files` | one file after another, with a limit on all of them (`quota`) |
+//! | `files` | a series of files, with a limit on all of them (`quota`) |
 //! | `records` | a file, record by record, finished or not |
 //! | `reader` | its messages |
-//! | `recovery` | what can be read of a damaged file, as a finished one |
+//! | `recovery` | copies the readable part of a damaged file into a finished one |
 
 mod channels;
 mod divergence;

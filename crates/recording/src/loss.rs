@@ -1,12 +1,12 @@
-//! What the recorder lost, as messages of the file: one that was killed has them too.
+//! Losses of the recorder, as messages in the file, so that the file of a killed recorder has them too.
 
 use serde_json::{Value, json};
 
 use crate::Recorded;
 
-/// What stands in the place of a module in the recorder's own topic.
+/// The part of the recorder's own topic in the position of the module.
 const RECORDER: &str = "recorder";
-/// What the topic is about.
+/// The last part of the topic.
 const LOSS: &str = "loss";
 /// Name of the schema.
 pub(crate) const NAME: &str = "loss";
@@ -14,15 +14,15 @@ pub(crate) const NAME: &str = "loss";
 /// Messages of a topic that are not in the recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Loss {
-    /// The topic that they were on.
+    /// Their topic.
     pub topic: String,
-    /// How many.
+    /// Their number.
     pub count: u64,
-    /// How many there have been on the topic since the recorder was started, these included.
+    /// The number of losses on the topic since the start of the recorder, including these.
     pub total: u64,
-    /// Why, in words.
+    /// The reason, in words.
     pub reason: String,
-    /// When that was known \[ns since 1970\].
+    /// When the recorder noticed \[ns since 1970\].
     pub time_unix_ns: u64,
 }
 
@@ -47,7 +47,7 @@ impl Loss {
     }
 }
 
-/// Is this the recorder's own topic?
+/// Whether this is the recorder's own topic.
 pub(crate) fn is_loss(topic: &str) -> bool {
     let mut parts = topic.split('/').skip(2);
     parts.next() == Some(RECORDER) && parts.next() == Some(LOSS) && parts.next().is_none()
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_loss_is_told_on_a_topic_of_the_recorders_own() {
+    fn a_loss_is_recorded_on_the_recorders_topic() {
         let topic = "trusswatch/tower/module1/sample".to_owned();
         let loss = Loss { topic, count: 3, total: 5, reason: "late".to_owned(), time_unix_ns: 7 };
         let message = loss.to_message();

@@ -1,10 +1,10 @@
-//! How much room all recordings of a directory may take: the oldest go first.
+//! Limits the total length of all recordings in a directory: the oldest are deleted first.
 
 use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What follows the name in `{name}-20261126T042500Z-0001.mcap`; `#` is a digit.
+/// The part after the name in `{name}-20261126T042500Z-0001.mcap`; `#` is a digit.
 const FORM: &str = "-########T######Z-####.mcap";
 
 /// The name of a file that begins now \[ns since 1970\]. Names sort by time.
@@ -23,8 +23,8 @@ fn is_ours(name: &str, file: &str) -> bool {
         .is_some_and(|rest| rest.len() == FORM.len() && rest.bytes().zip(FORM.bytes()).all(fits))
 }
 
-/// Recordings of this name with their lengths \[bytes\], the oldest first: those of earlier recorders by name, then
-/// those that this one has `begun`, in that order, because the clock may have been set back.
+/// Recordings with this name and their lengths \[bytes\], oldest first: those of earlier recorders by name, then those
+/// that this one has `begun`, in that order, because the clock may have been set back.
 fn recordings(directory: &Path, name: &str, begun: &[PathBuf]) -> io::Result<Vec<(PathBuf, u64)>> {
     let mut found = Vec::new();
     for entry in fs::read_dir(directory)? {
@@ -40,8 +40,8 @@ fn recordings(directory: &Path, name: &str, begun: &[PathBuf]) -> io::Result<Vec
     Ok(found)
 }
 
-/// Deletes the oldest recordings of this name that are not being written, until the remaining ones take no more
-/// than the quota \[bytes\]. This recorder has `begun` some of them. Returns what was deleted.
+/// Deletes the oldest recordings with this name that are not being written, until the rest is within the quota
+/// \[bytes\]. This recorder has `begun` some of them. Returns the deleted files.
 pub(crate) fn keep(
     directory: &Path,
     name: &str,

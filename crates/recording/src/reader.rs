@@ -8,7 +8,7 @@ use mcap::records::{MessageHeader, Record};
 use crate::records::McapRecords;
 use crate::{Ending, Metadata, Recorded, RecordingError};
 
-/// A recording, finished or not. It is read chunk by chunk: it may be longer than the memory.
+/// A recording, finished or not. It is read chunk by chunk, because it may be larger than the memory.
 #[derive(Debug)]
 pub struct Recording {
     file: PathBuf,
@@ -19,20 +19,20 @@ pub struct Messages<'a> {
     file: &'a Path,
     records: McapRecords,
     topics: BTreeMap<u16, String>,
-    /// How much the file has been unpacked to so far \[bytes\].
+    /// The unpacked length so far \[bytes\].
     unpacked: u64,
 }
 
-/// Most that a file may unpack to, in comparison with its length. Its readers keep that, and what a recorder writes
-/// unpacks to some ten times its length.
+/// Largest ratio of unpacked to packed length. Readers keep the unpacked messages; a recorder's files unpack to about ten
+/// times their length.
 const MOST_COMPRESSED: u64 = 256;
-/// The same whatever its length \[bytes\].
+/// Unpacked length permitted whatever the ratio \[bytes\].
 const UNPACKED_ANYWAY: u64 = 16 * 1024 * 1024;
-/// What a message needs besides its topic and its payload \[bytes\].
+/// Memory of a message besides its topic and its payload \[bytes\].
 const PER_MESSAGE: usize = 64;
 
 impl Recording {
-    /// Opens a file; one that was not finished too.
+    /// Opens a file, finished or not.
     ///
     /// # Errors
     /// The file cannot be read, or is not an MCAP file.
@@ -41,18 +41,17 @@ impl Recording {
         Ok(Self { file: file.into() })
     }
 
-    /// Its messages in the order in which they were written. One that ends within a chunk, since the recorder was
-    /// killed, ends there without an error; [`Messages::ending`] tells.
+    /// Its messages in the order in which they were written. A file that ends within a chunk, because the recorder was
+    /// killed, ends without an error; see [`Messages::ending`].
     ///
     /// # Errors
-    /// It cannot be read any more. Of the iterator: each chunk or record that is damaged; those after it come all the
-    /// same.
+    /// It cannot be read any more. The iterator returns an error for each damaged chunk or record, and continues after it.
     pub fn messages(&self) -> Result<Messages<'_>, RecordingError> {
         let records = self.records()?;
         Ok(Messages { file: &self.file, records, topics: BTreeMap::new(), unpacked: 0 })
     }
 
-    /// What is said about it, in the order in which it was written. Of several of one name, the last counts.
+    /// Its metadata in the order in which they were written. Of several with one name, the last counts.
     ///
     /// # Errors
     /// It cannot be read any more.
@@ -79,7 +78,7 @@ impl Messages<'_> {
         self.records.ending()
     }
 
-    /// Counts what the next record unpacks to.
+    /// Adds the unpacked length of the next record.
     fn count(&mut self, length: usize) -> Result<(), RecordingError> {
         self.unpacked += length as u64;
         let read = self.records.position();
@@ -101,7 +100,7 @@ impl Messages<'_> {
     ) -> Result<Recorded, RecordingError> {
         let MessageHeader { channel_id, sequence, log_time, .. } = *header;
         let topic = self.topics.get(&channel_id).cloned().ok_or_else(|| {
-            let problem = format!("a message of channel {channel_id}, which is not described");
+            let problem = format!("a message of the undescribed channel {channel_id}");
             RecordingError::reading(self.file, &problem)
         })?;
         self.count(topic.len() + payload.len() + PER_MESSAGE)?;
@@ -116,7 +115,7 @@ impl Messages<'_> {
                 counted.map(Err)
             }
             Record::Message { header, data } => Some(self.message(&header, data.into_owned())),
-            // A recorder writes none: what it was before it was damaged is not known.
+            // A recorder writes no such records, so this one is damaged.
             Record::Unknown { opcode, .. } => {
                 let problem = format!("a record of unknown kind {opcode:#04x}");
                 Some(Err(RecordingError::reading(self.file, &problem)))

@@ -9,25 +9,25 @@ pub struct Recorded {
     pub topic: String,
     /// Its own time \[ns since 1970\].
     pub time_unix_ns: u64,
-    /// Its step; 0 if it has none. Of a step beyond 2³² the lower half.
+    /// Its step modulo 2³²; 0 if it has none.
     pub sequence: u32,
-    /// Its bytes as they were published.
+    /// The published bytes.
     pub payload: Vec<u8>,
 }
 
-/// What of a message says when it was, and what it follows.
+/// The fields of a message that give its time and its order.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 pub struct Stamp {
     /// Its own time \[ns since 1970\].
     #[serde(default)]
     pub time_unix_ns: Option<u64>,
-    /// The run that its step is counted in.
+    /// The run of its step.
     #[serde(default)]
     pub run: Option<u64>,
     /// Its step.
     #[serde(default)]
     pub step: Option<u64>,
-    /// The process that its number is counted in.
+    /// The process of its number.
     #[serde(default)]
     pub process: Option<u64>,
     /// Its number.
@@ -44,14 +44,14 @@ impl Stamp {
 }
 
 impl Recorded {
-    /// A message that was received at this time \[ns since 1970\], which counts if it does not tell its own.
+    /// A message received at this time \[ns since 1970\], which applies if the message has no time of its own.
     #[must_use]
     pub fn received(topic: String, payload: Vec<u8>, at_unix_ns: u64) -> Self {
         let stamp = Stamp::of(&payload);
         Self::stamped(topic, payload, stamp, at_unix_ns)
     }
 
-    /// The same, of a message whose stamp has been read already.
+    /// Likewise, with a stamp that has already been read.
     #[must_use]
     pub fn stamped(topic: String, payload: Vec<u8>, stamp: Stamp, at_unix_ns: u64) -> Self {
         let time_unix_ns = stamp.time_unix_ns.unwrap_or(at_unix_ns);

@@ -1,4 +1,4 @@
-//! A file, record by record and chunk by chunk, finished or not.
+//! Reads a file record by record and chunk by chunk, finished or not.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -12,21 +12,21 @@ use mcap::{MAGIC, McapError, McapResult};
 
 use crate::writer::PROFILE;
 
-/// Before each record: what it is and its length \[bytes\].
+/// Length of the prefix of a record: its kind and its length \[bytes\].
 const PREFIX: usize = 1 + 8;
-/// How much of a footer its checksum covers \[bytes\].
+/// Length of the part of a footer that its checksum covers \[bytes\].
 const COVERED: usize = 8 + 8;
 
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// With its summary: it was finished.
+    /// With its summary, so it was finished.
     Finished,
     /// After a whole record, without a summary.
     Unfinished,
-    /// Within a chunk, which begins at this byte.
+    /// Within a chunk that begins at this byte.
     WithinChunk(u64),
-    /// Within another record, which begins at this byte.
+    /// Within another record that begins at this byte.
     WithinRecord(u64),
 }
 
@@ -43,7 +43,7 @@ impl std::fmt::Display for Ending {
     }
 }
 
-/// What is wrong at a place in a file. What follows is read all the same.
+/// Damage at a position in a file. Reading continues after it.
 #[derive(Debug, thiserror::Error)]
 #[error("byte {at}: {problem}")]
 pub(crate) struct McapDamage {
@@ -51,22 +51,22 @@ pub(crate) struct McapDamage {
     problem: String,
 }
 
-/// The records of a file in order, those in chunks one by one.
+/// The records of a file in order, including those in chunks.
 pub(crate) struct McapRecords {
     input: BufReader<File>,
-    /// Length of the file when it was opened, and how much of it has been read \[bytes\].
+    /// Length of the file when it was opened, and of the part read so far \[bytes\].
     length: u64,
     position: u64,
     record: Vec<u8>,
     unpacker: Unpacker,
-    /// Where the chunk begins that is being unpacked.
+    /// The position of the chunk being unpacked.
     chunk: Option<u64>,
     single: Option<Record<'static>>,
-    /// Of the data, until their end; then of the summary.
+    /// The checksum of the data or, after their end, of the summary.
     checksum: Hasher,
     ending: Option<Ending>,
     skips_chunks: bool,
-    /// All messages are in chunks: what is one outside was something else before it was damaged.
+    /// The recorder's files have all messages in chunks; a message outside is a damaged record.
     is_ours: bool,
 }
 
@@ -93,7 +93,7 @@ impl McapRecords {
         Ok(records)
     }
 
-    /// The same without what is in chunks.
+    /// Likewise without the records in chunks.
     pub(crate) fn skipping_chunks(self) -> Self {
         Self { skips_chunks: true, ..self }
     }
@@ -103,12 +103,12 @@ impl McapRecords {
         self.ending
     }
 
-    /// How much of the file has been read \[bytes\].
+    /// Length of the part read so far \[bytes\].
     pub(crate) fn position(&self) -> u64 {
         self.position
     }
 
-    /// Reads nothing of the rest.
+    /// Skips the rest.
     pub(crate) fn end(&mut self) {
         (self.chunk, self.ending) = (None, Some(Ending::Unfinished));
     }
@@ -118,7 +118,7 @@ impl McapRecords {
         self.record.clear();
         self.read(length)?;
         if self.record != MAGIC[..length] {
-            return Err(io::Error::other("no MCAP file: it begins otherwise"));
+            return Err(io::Error::other("not an MCAP file: wrong first bytes"));
         }
         if length < MAGIC.len() {
             self.ending = Some(Ending::WithinRecord(0));
@@ -131,7 +131,7 @@ impl McapRecords {
         self.length - self.position
     }
 
-    /// Appends so many bytes to the record.
+    /// Appends this many bytes to the record.
     fn read(&mut self, count: usize) -> io::Result<()> {
         let before = self.record.len();
         self.record.resize(before + count, 0);
@@ -140,7 +140,7 @@ impl McapRecords {
         Ok(())
     }
 
-    /// The next record of the file itself, chunks as a whole.
+    /// Reads the next record of the file; a chunk counts as one.
     fn advance(&mut self) -> Result<(), McapDamage> {
         let at = self.position;
         let damage = |problem: String| McapDamage { at, problem };
@@ -175,7 +175,7 @@ impl McapRecords {
         checked.map_err(damage)
     }
 
-    /// The chunk that was read can be unpacked.
+    /// Starts unpacking the chunk that was read.
     fn begin_chunk(&mut self, at: u64) -> Result<(), String> {
         let header = &self.record[PREFIX..];
         let length = header.get(LENGTH_UNPACKED).and_then(|bytes| bytes.first_chunk());
@@ -202,7 +202,7 @@ impl McapRecords {
         unpacked.map(|record| record.map_err(damage))
     }
 
-    /// The record outside of chunks that was read.
+    /// Parses the record outside of chunks that was read.
     fn single(&mut self, opcode: u8) -> Result<Record<'static>, String> {
         let record = mcap::parse_record(opcode, &self.record[PREFIX..]);
         let record = record.map_err(|error| error.to_string())?.into_owned();
@@ -230,7 +230,7 @@ impl McapRecords {
         McapDamage { at, problem: format!("the file cannot be read: {error}") }
     }
 
-    /// A file that was finished is not torn: a length is wrong.
+    /// In a finished file, a record that seems to end after the file has a wrong length.
     fn complain_if_finished(&mut self, at: u64) -> Result<(), McapDamage> {
         let mut rest = Vec::new();
         let read = self.input.read_to_end(&mut rest);
@@ -241,9 +241,9 @@ impl McapRecords {
         Ok(())
     }
 
-    /// Keeps account of the checksums, and compares them where they stand.
+    /// Updates the checksums and compares them with those in the file.
     fn check(&mut self, opcode: u8) -> Result<(), String> {
-        // What was skipped is not known.
+        // Skipped records are not included in the checksum.
         let check = |found: Hasher, bytes: &[u8], what: &str| {
             let wanted = bytes.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
             let right = wanted == 0 || self.skips_chunks || found.finalize() == wanted;
@@ -291,24 +291,23 @@ impl Iterator for McapRecords {
     }
 }
 
-/// Where a chunk says how long it is unpacked: after the times of its first and last message \[bytes\].
+/// The position of the unpacked length in a chunk: after the times of its first and last message \[bytes\].
 const LENGTH_UNPACKED: Range<usize> = 16..24;
 /// Longest record, and longest chunk before unpacking \[bytes\].
 const LONGEST: usize = 256 * 1024 * 1024;
-/// Longest chunk after unpacking: a small file may ask for any amount of memory \[bytes\].
+/// Longest chunk after unpacking, because a small file can demand any amount of memory \[bytes\].
 const LONGEST_CHUNK: usize = 64 * 1024 * 1024;
 
-/// Unpacks one chunk after another, record by record: all records of a chunk of small ones would need several times its
-/// length.
+/// Unpacks chunks record by record: all records of a chunk together may need several times its length.
 struct Unpacker {
     reader: LinearReader,
-    /// How much of the chunk the reader has been given \[bytes\].
+    /// Length of the part of the chunk passed to the reader \[bytes\].
     given: usize,
 }
 
 impl Unpacker {
     fn new() -> Self {
-        // Nothing of a chunk is used before its checksum, if it has one, has been found right.
+        // The checksum of a chunk, if it has one, is verified before any of its records is used.
         let options = LinearReaderOptions::default()
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
@@ -321,7 +320,7 @@ impl Unpacker {
         self.given = 0;
     }
 
-    /// The next record in a chunk, which is given as a whole record, the same each time. None follows an error.
+    /// The next record in a chunk, which is passed as a whole each time; none after an error.
     fn next(&mut self, chunk: &[u8]) -> Option<McapResult<Record<'static>>> {
         let next = self.try_next(chunk).transpose();
         if matches!(next, Some(Err(_))) {

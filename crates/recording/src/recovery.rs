@@ -1,5 +1,5 @@
-//! What can be read of a damaged or unfinished file, as a finished one. For files of others too: schemas, channels,
-//! metadata, attachments and private records are kept.
+//! Copies the readable part of a damaged or unfinished file into a finished one. Works for files of other programs, too:
+//! schemas, channels, metadata, attachments and private records are kept.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -12,18 +12,18 @@ use crate::records::McapRecords;
 use crate::writer::{library, options};
 use crate::{Ending, RecordingError};
 
-/// What was recovered.
+/// The result of a recovery.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Recovered {
-    /// How many messages.
+    /// The number of recovered messages.
     pub messages: u64,
-    /// What could not be, in words.
+    /// Descriptions of what could not be recovered.
     pub problems: Vec<String>,
     /// How the file ended.
     pub ending: Ending,
 }
 
-/// Writes what can be read of a file into another one, which is finished. Chunks that are damaged are left out.
+/// Writes the readable part of a file into another, finished one. Damaged chunks are left out.
 ///
 /// # Errors
 /// The file cannot be read or is not an MCAP file; the other exists or cannot be written.
@@ -35,7 +35,7 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
         _ => Header { profile: String::new(), library: library() },
     };
     let mut copy = Copy::begin(to, header).map_err(wrong)?;
-    // What describes the messages stands once more in the summary, if there is one.
+    // The summary, if there is one, repeats the schemas and channels.
     for record in open()?.skipping_chunks().flatten() {
         copy.describe(record).map_err(wrong)?;
     }
@@ -89,7 +89,7 @@ impl Copy {
         }
     }
 
-    /// Takes what describes messages.
+    /// Copies schemas and channels.
     fn describe(&mut self, record: Record<'static>) -> McapResult<()> {
         let added = match record {
             Record::Schema { header: SchemaHeader { id, name, encoding }, data } => {
@@ -103,7 +103,7 @@ impl Copy {
         self.unless_of_content(added.map(drop))
     }
 
-    /// What contradicts itself is left out; what cannot be written is an error.
+    /// Contradictory records are left out; a failure to write is an error.
     fn unless_of_content(&mut self, written: McapResult<()>) -> McapResult<()> {
         match written {
             Err(error @ (McapError::Io(_) | McapError::AttemptedWriteAfterFailure)) => Err(error),
@@ -115,7 +115,7 @@ impl Copy {
         }
     }
 
-    /// Says the same once.
+    /// Records a problem once.
     fn note(&mut self, problem: String) {
         const MOST: usize = 100;
         let problems = &mut self.recovered.problems;

@@ -11,18 +11,18 @@ use mcap::{McapError, WriteOptions};
 use crate::channels::schema_of;
 use crate::{Recorded, RecordingError};
 
-/// A chunk is ended by the first message that would begin beyond this; with one of the longest samples it still is at
-/// most 1 MiB \[bytes\].
+/// The first message beyond this length ends a chunk; even with one of the longest samples, a chunk has at most 1 MiB
+/// \[bytes\].
 const CHUNK: u64 = 1024 * 1024 - 64 * 1024;
-/// What the messages of a file mean, in its header.
+/// The profile of a file, in its header.
 pub(crate) const PROFILE: &str = "trusswatch";
-/// Of zstd: more would cost more processor time than it saves room.
+/// Compression level of zstd: a higher one would cost more processor time than the space is worth.
 const LEVEL: u32 = 1;
 
 /// A recording being written.
 ///
-/// A chunk is kept in memory until it is complete and then written as a whole, so that a file that was not finished is
-/// torn at its end at most.
+/// A chunk stays in memory until it is complete and is then written as a whole, so that an unfinished file is torn only at
+/// its end.
 pub struct Writer {
     file: PathBuf,
     out: mcap::Writer<BufWriter<File>>,
@@ -30,12 +30,12 @@ pub struct Writer {
     channels: BTreeMap<String, u16>,
 }
 
-/// Something about a recording, in words.
+/// Metadata of a recording.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Metadata {
-    /// What it is about.
+    /// Its name.
     pub name: String,
-    /// What there is to say, by name.
+    /// Its values, by name.
     pub values: BTreeMap<String, String>,
 }
 
@@ -53,7 +53,7 @@ impl Writer {
     fn begin(file: &Path) -> Result<(mcap::Writer<BufWriter<File>>, File), McapError> {
         let out = File::create_new(file)?;
         Self::head(out).inspect_err(|_| {
-            // One on a disk without room for its first bytes is of no use.
+            // A file without its first bytes, on a full disk, is useless.
             let _ = std::fs::remove_file(file);
         })
     }
@@ -67,7 +67,7 @@ impl Writer {
         let disk = out.try_clone()?;
         let options = options().profile(PROFILE).library(library());
         let mut out = options.create(BufWriter::new(out))?;
-        // From now on it opens, whenever the process is killed.
+        // From now on the file can be opened even if the process is killed.
         out.flush()?;
         disk.sync_data()?;
         Ok((out, disk))
@@ -81,7 +81,7 @@ impl Writer {
         self.try_write(message).map_err(|error| self.wrong(&error))
     }
 
-    /// Writes something about the recording.
+    /// Writes metadata.
     ///
     /// # Errors
     /// It cannot be written.
@@ -91,7 +91,7 @@ impl Writer {
         self.out.write_metadata(&record).map_err(|error| self.wrong(&error))
     }
 
-    /// Everything written so far is on the disk afterwards.
+    /// Syncs everything written so far to the disk.
     ///
     /// # Errors
     /// It cannot be written.
@@ -101,10 +101,10 @@ impl Writer {
         synced.map_err(|error| self.wrong(&error))
     }
 
-    /// Length of the file so far, without what is still in memory \[bytes\].
+    /// Length of the file on the disk so far \[bytes\].
     ///
     /// # Errors
-    /// The system does not say.
+    /// The system does not report it.
     pub fn written(&mut self) -> Result<u64, RecordingError> {
         let position = self.disk.stream_position();
         position.map_err(|error| self.wrong(&error.into()))
@@ -152,7 +152,7 @@ impl Writer {
     }
 }
 
-/// How files are written, recovered ones too.
+/// The options of all files, including recovered ones.
 pub(crate) fn options() -> WriteOptions {
     WriteOptions::new()
         .chunk_size(Some(CHUNK))
@@ -161,7 +161,7 @@ pub(crate) fn options() -> WriteOptions {
         .compression_threads(0)
 }
 
-/// The program as files name it.
+/// The name of the program in files.
 pub(crate) fn library() -> String {
     format!("trusswatch {}", env!("CARGO_PKG_VERSION"))
 }

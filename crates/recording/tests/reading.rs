@@ -215,7 +215,7 @@ fn what_is_no_recording_is_refused() {
     let file = directory.path().join("a.mcap");
     fs::write(&file, "step,g1\n0,1.5\n").unwrap();
     let error = Recording::open(&file).unwrap_err().to_string();
-    assert!(error.contains("a.mcap: no MCAP file"), "{error}");
+    assert!(error.contains("a.mcap: not an MCAP file"), "{error}");
     assert!(Recording::open(&directory.path().join("none.mcap")).is_err());
     write(&directory.path().join("c.mcap"), 1, 1);
     assert!(Writer::create(&directory.path().join("c.mcap")).is_err(), "nothing is overwritten");

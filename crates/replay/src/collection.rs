@@ -11,43 +11,43 @@ use vocabulary::{
 
 use crate::samples::Samples;
 
-/// Where a module was when.
+/// The position of a module in its stream of samples, at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ModulePosition {
     /// By the module's clock \[ns since 1970\].
     pub time_unix_ns: u64,
     /// The run.
     pub run: RunId,
-    /// A step that it had taken by then.
+    /// A step that it had processed by then.
     pub step: Step,
 }
 
-/// What was recorded of a module.
+/// The recorded messages of a module.
 #[derive(Debug)]
 pub struct ModuleRecord {
     /// Its structure.
     pub structure: StructureName,
     /// Its name.
     pub module: ModuleName,
-    /// What it was set up with, the oldest first.
+    /// Its configurations, oldest first.
     pub configurations: Vec<ModuleConfiguration>,
     /// Its samples.
     pub samples: Samples,
-    /// What its processes took beside samples, by process and number.
+    /// The inputs of its processes other than samples, by process and number.
     pub inputs: BTreeMap<u64, BTreeMap<u64, Input>>,
-    /// States that its processes gave, in parts: by process, samples used and time.
+    /// The recorded states of its processes, in parts, by process, number of samples and time.
     pub states: BTreeMap<(u64, u64, u64), Vec<Input>>,
-    /// Its verdicts, by time; those that were published again are there again.
+    /// Its transitions by time, including those published again.
     pub transitions: Vec<FaultTransition>,
-    /// What was found of its faults, by time.
+    /// The identifications of its faults, by time.
     pub identifications: Vec<Identification>,
     /// Its divergences, by time.
     pub divergences: Vec<Divergences>,
-    /// Where it was, by time.
+    /// Its positions, by time.
     pub positions: Vec<ModulePosition>,
-    /// Messages that could not be read.
+    /// The number of messages that could not be read.
     pub unreadable: u64,
-    /// What was wrong with the first of them.
+    /// The problem of the first of them.
     pub unreadable_because: Option<String>,
 }
 
@@ -80,7 +80,7 @@ impl ModuleRecord {
             }
             Topic::Fault(_) => {
                 let message: FaultTransition = decode(payload)?;
-                // A reply that the state is unknown for now is not a verdict, nor that there was none so far.
+                // A reply that the state is unknown, or that there was no transition so far, is not a verdict.
                 let is_verdict = message.state() != FaultState::Unknown
                     && message.run.is_some()
                     && message.sequence > 0;
@@ -148,7 +148,7 @@ enum UnusableMessage {
     Changed { found: String, said: String },
 }
 
-/// A setup of another version may have other fields, and with them another fingerprint.
+/// Another version's setup may have other fields and therefore another fingerprint.
 fn check_fingerprint(message: &ModuleConfiguration) -> Result<(), UnusableMessage> {
     if message.software != env!("CARGO_PKG_VERSION") {
         return Ok(());
@@ -160,16 +160,16 @@ fn check_fingerprint(message: &ModuleConfiguration) -> Result<(), UnusableMessag
     Err(UnusableMessage::Changed { found, said: message.fingerprint.clone() })
 }
 
-/// Messages being collected. Their order does not matter, nor how often one is there.
+/// Collects messages in any order; duplicates have no effect.
 #[derive(Debug, Default)]
 pub struct Collection {
     modules: Vec<ModuleRecord>,
-    /// The place of its module by topic; `None` for topics of no module.
+    /// The index of its module and the parsed topic, by topic; `None` for topics that belong to no module.
     topics: BTreeMap<String, Option<(usize, Topic)>>,
 }
 
 impl Collection {
-    /// Takes a message. Ignores topics that belong to no module; counts unreadable messages.
+    /// Adds a message. Ignores topics that belong to no module; counts unreadable messages.
     pub fn take(&mut self, topic: &str, payload: &[u8]) {
         if !self.topics.contains_key(topic) {
             let known = self.place(topic);
@@ -194,7 +194,7 @@ impl Collection {
         Some((place, topic))
     }
 
-    /// What was collected, by structure and module.
+    /// The records of all modules, by structure and module.
     #[must_use]
     pub fn finish(self) -> Vec<ModuleRecord> {
         let mut modules = self.modules;

@@ -1,4 +1,4 @@
-//! Compares a replay with what was recorded.
+//! Compares a replay with the recording.
 
 use std::collections::BTreeMap;
 
@@ -12,55 +12,58 @@ use vocabulary::{
 
 use crate::collection::ModuleRecord;
 use crate::course::ProcessCourse;
-use crate::difference::{Difference, first_field};
+use crate::difference::{Difference, FieldValues, first_field};
 
-/// A process that is killed leaves this much unpublished at most \[s\].
+/// A killed process leaves at most this much unpublished \[s\].
 const UNPUBLISHED_S: f64 = 1.0;
 
-/// So long after the last sample that counts, a fault is identified at the latest \[ns\].
+/// A fault is identified at most this long after the last sample used for it \[ns\].
 const IDENTIFIED_WITHIN_NS: u64 = 10_000_000_000;
 
-/// A recorded message, and after how many samples it differed from the replay and how.
+/// The position of differences that are found at the end, after all others.
+const AT_END: u64 = u64::MAX - 1;
+
+/// A recorded message, and how and after how many samples it differed from the replay.
 type Waiting = (Divergences, Option<(u64, Difference)>);
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Debug)]
 pub struct ReplayComparison {
-    /// Verdicts that are the same.
+    /// The number of equal verdicts.
     pub verdicts: u64,
-    /// Divergence messages that are.
+    /// The number of equal divergence messages.
     pub divergences: u64,
-    /// Identifications that are.
+    /// The number of equal identifications.
     pub identifications: u64,
-    /// Recorded verdicts that the replay did not reach.
+    /// The number of recorded verdicts that the replay did not reach.
     pub verdicts_unverified: u64,
-    /// Recorded divergence messages that it did not.
+    /// The number of recorded divergence messages that it did not reach.
     pub divergences_unverified: u64,
-    /// Recorded identifications that it did not.
+    /// The number of recorded identifications that it did not reach.
     pub identifications_unverified: u64,
-    /// Verdicts of the replay that are not in the recording, though later ones are.
+    /// The number of verdicts of the replay that the recording lacks, although it has later ones.
     pub verdicts_unrecorded: u64,
-    /// Verdicts of the replay after the last one in the recording: at the end, not everything is published.
+    /// The number of verdicts of the replay after the last recorded one: a process that ends does not publish everything.
     pub verdicts_beyond: u64,
     /// The first difference.
     pub difference: Option<Difference>,
     module: ModuleName,
     structure: StructureName,
-    /// Recorded verdicts by sequence number, not yet replayed; several of a number if they were published again.
+    /// Recorded verdicts not yet replayed, by sequence number; several if one was published again.
     recorded: BTreeMap<u64, Vec<FaultTransition>>,
     last_recorded: u64,
     /// Verdicts of the replay after the last recorded one.
     beyond: Vec<Transition>,
     /// Recorded divergences by run and step, each with how it differed from the replay.
     messages: BTreeMap<(RunId, Step), Vec<Waiting>>,
-    /// Recorded identifications by the verdict's sequence number and the latest step that counted, not yet replayed.
+    /// Recorded identifications not yet replayed, by the verdict's sequence number and the latest step used.
     found: BTreeMap<(u64, Step), Vec<Identification>>,
-    /// Samples so far, and at the first difference.
+    /// The number of samples so far, and at the first difference.
     steps: u64,
     difference_at: u64,
 }
 
-/// Is what was found of samples that precede the state? It may take its thread a while.
+/// Whether an identification was computed from samples before the state: its thread may take some time.
 fn is_seen_before(found: &Identification, course: &ProcessCourse) -> bool {
     let begins = course.state.as_ref().and_then(|state| state.position);
     found.time_unix_ns.saturating_sub(course.from()) < IDENTIFIED_WITHIN_NS
@@ -108,7 +111,7 @@ impl ReplayComparison {
         }
     }
 
-    /// Keeps the first one; `at`: after so many samples.
+    /// Keeps the earliest difference; `at` is the number of samples before it.
     fn differs(&mut self, at: u64, difference: Difference) {
         if at < self.difference_at {
             self.difference_at = at;
@@ -116,7 +119,7 @@ impl ReplayComparison {
         }
     }
 
-    /// The replay came to a verdict.
+    /// Compares a verdict of the replay.
     pub(crate) fn transition(&mut self, replayed: &Transition) {
         let Some(recorded) = self.recorded.remove(&replayed.sequence) else {
             if replayed.sequence < self.last_recorded {
@@ -132,7 +135,7 @@ impl ReplayComparison {
         }
     }
 
-    /// The replay has a fault identified.
+    /// Identifies a fault as the replayed process would, and compares the result.
     pub(crate) fn identification(&mut self, excerpt: &Excerpt) {
         let Some(recorded) = self.found.remove(&(excerpt.sequence, excerpt.as_of)) else { return };
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
@@ -146,7 +149,7 @@ impl ReplayComparison {
     }
 
     fn compare(&self, mut recorded: FaultTransition, replayed: &Transition) -> Option<Difference> {
-        // What is published again tells whether the run has ended meanwhile.
+        // A transition that is published again states whether its run has ended meanwhile.
         recorded.run_ended = replayed.run_ended;
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
         let (run, step) = (recorded.run?, recorded.decided_step?);
@@ -159,12 +162,11 @@ impl ReplayComparison {
             (Some(recorded), Some(replayed)) => (recorded, replayed),
             (_, replayed) => (Value::from(said.to_string()), replayed.unwrap_or_default()),
         };
-        let (field, recorded, replayed) = first_field(&recorded, &replayed)?;
-        let module = self.module.clone();
-        Some(Difference { module, run, step, component, field, recorded, replayed })
+        let fields = first_field(&recorded, &replayed)?;
+        Some(Difference::new(&self.module, (run, step), &component, fields))
     }
 
-    /// The replay went on by a sample.
+    /// Compares the divergences after a sample of the replay.
     pub(crate) fn step(&mut self, diagnoser: &Diagnoser) {
         self.steps += 1;
         let Some(at) = diagnoser.run().zip(diagnoser.last_step()) else { return };
@@ -181,7 +183,7 @@ impl ReplayComparison {
             }
             return;
         }
-        // A run that began again comes here once more: until then this may be the message of that time.
+        // A run that starts again reaches this step again, and the message may belong to that pass.
         for ((_, kept), difference) in waiting.iter_mut().zip(differences) {
             if kept.is_none() {
                 *kept = difference.map(|difference| (self.steps, difference));
@@ -196,8 +198,12 @@ impl ReplayComparison {
                 Some((at, difference)) => self.differs(at, difference),
                 None if falls_short => self.divergences_unverified += 1,
                 None => {
-                    if let Some(difference) = not_reached(&message) {
-                        self.differs(u64::MAX - 1, difference);
+                    if let Some(channel) = message.channels.first() {
+                        let at = (message.run, message.step);
+                        let fields = ("divergence message", "there", "not at a replayed step");
+                        let difference =
+                            Difference::of_presence(&self.module, at, &channel.component, fields);
+                        self.differs(AT_END, difference);
                     }
                 }
             }
@@ -213,8 +219,15 @@ impl ReplayComparison {
             if falls_short {
                 self.identifications_unverified += 1;
             } else {
-                let none = ("identification".to_owned(), "there".to_owned(), "none".to_owned());
-                self.differs(u64::MAX - 1, of_identification(message, none));
+                let Identification { run, as_of_step: step, component, .. } = message;
+                let fields = ("identification", "there", "none");
+                let difference = Difference::of_presence(
+                    &self.module,
+                    (run, step),
+                    &component.component,
+                    fields,
+                );
+                self.differs(AT_END, difference);
             }
         }
         let margin = (UNPUBLISHED_S / course.setup.step_s).round() as u64;
@@ -225,42 +238,30 @@ impl ReplayComparison {
             if is_beyond {
                 self.verdicts_beyond += 1;
             } else {
-                self.invents(transition);
+                self.adds(&transition);
             }
         }
     }
 
-    /// A recorded verdict that the replay does not come to.
+    /// Records that the replay lacks a recorded verdict.
     fn lacks(&mut self, message: &FaultTransition) {
         let (Some(run), Some(step)) = (message.run, message.decided_step) else { return };
-        let difference = Difference {
-            module: self.module.clone(),
-            run,
-            step,
-            component: message.component.component.clone(),
-            field: "verdict".to_owned(),
-            recorded: message.state().to_string(),
-            replayed: "none".to_owned(),
-        };
-        self.differs(u64::MAX - 1, difference);
+        let component = &message.component.component;
+        let fields = ("verdict", message.state().as_str(), "none");
+        let difference = Difference::of_presence(&self.module, (run, step), component, fields);
+        self.differs(AT_END, difference);
     }
 
-    /// A verdict of the replay that should be recorded.
-    fn invents(&mut self, transition: Transition) {
-        let difference = Difference {
-            module: self.module.clone(),
-            run: transition.run,
-            step: transition.decided,
-            component: transition.component,
-            field: "verdict".to_owned(),
-            recorded: "none".to_owned(),
-            replayed: transition.verdict.as_str().to_owned(),
-        };
-        self.differs(u64::MAX - 1, difference);
+    /// Records that the recording lacks a verdict of the replay.
+    fn adds(&mut self, transition: &Transition) {
+        let at = (transition.run, transition.decided);
+        let fields = ("verdict", "none", transition.verdict.as_str());
+        let difference = Difference::of_presence(&self.module, at, &transition.component, fields);
+        self.differs(AT_END, difference);
     }
 }
 
-/// The first field that is not the same. What was measured is told only in answer to a question.
+/// The first field that differs. Only replies to queries have the signature.
 fn identification_difference(
     mut recorded: Identification,
     replayed: &Identification,
@@ -272,32 +273,12 @@ fn identification_difference(
     };
     let value = |message: &Identification| serde_json::to_value(message).unwrap_or_default();
     let (field, one, other) = first_field(&value(&recorded), &value(&replayed))?;
-    Some(of_identification(recorded, (format!("identification.{field}"), one, other)))
+    let fields = (format!("identification.{field}"), one, other);
+    let Identification { module, run, as_of_step: step, component, .. } = recorded;
+    Some(Difference::new(&module, (run, step), &component.component, fields))
 }
 
-fn of_identification(
-    message: Identification,
-    (field, recorded, replayed): (String, String, String),
-) -> Difference {
-    let Identification { module, run, as_of_step: step, component, .. } = message;
-    let component = component.component;
-    Difference { module, run, step, component, field, recorded, replayed }
-}
-
-fn not_reached(message: &Divergences) -> Option<Difference> {
-    let component = message.channels.first()?.component.clone();
-    Some(Difference {
-        module: message.module.clone(),
-        run: message.run,
-        step: message.step,
-        component,
-        field: "divergence message".to_owned(),
-        recorded: "there".to_owned(),
-        replayed: "at no step that was taken".to_owned(),
-    })
-}
-
-/// The first channel and figure that are not the same.
+/// The first channel and figure that differ.
 fn channel_difference(recorded: &Divergences, replayed: &Divergences) -> Option<Difference> {
     let (one, other) = (&recorded.channels, &replayed.channels);
     let pairs = one.iter().zip(other);
@@ -306,7 +287,7 @@ fn channel_difference(recorded: &Divergences, replayed: &Divergences) -> Option<
         let difference = (!same(one, other)).then(|| first_field(&value(one), &value(other)));
         difference.flatten().map(|fields| (one.component.clone(), fields))
     });
-    let (component, (field, recorded_value, replayed_value)) = match found {
+    let (component, fields): (_, FieldValues) = match found {
         Some(found) => found,
         None if one.len() == other.len() => return None,
         None => {
@@ -315,18 +296,10 @@ fn channel_difference(recorded: &Divergences, replayed: &Divergences) -> Option<
             (component, counts)
         }
     };
-    Some(Difference {
-        module: recorded.module.clone(),
-        run: recorded.run,
-        step: recorded.step,
-        component,
-        field,
-        recorded: recorded_value,
-        replayed: replayed_value,
-    })
+    Some(Difference::new(&recorded.module, (recorded.run, recorded.step), &component, fields))
 }
 
-/// Are all bits the same?
+/// Whether all bits are equal.
 fn same(one: &Channel, other: &Channel) -> bool {
     let bits = |channel: &Channel| {
         let Channel { residual, divergence, threshold, .. } = *channel;

@@ -1,4 +1,4 @@
-//! What one process of a module took, in order.
+//! The inputs of one process of a module, in order.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,42 +10,43 @@ use crate::collection::ModuleRecord;
 use crate::cursor::{NextSample, SampleCursor};
 use crate::shortfall::Shortfall;
 
-/// One thing taken.
+/// An input.
 #[derive(Debug, Clone)]
 pub(crate) enum CourseItem {
-    /// The sample at this place.
+    /// The sample with this index.
     Sample(usize),
-    /// A sample that was not used because of its step. Its values do not matter.
+    /// A sample rejected because of its step; its values are irrelevant.
     Rejected(RunId, Step),
-    /// Anything else.
+    /// Any other input.
     Event(Box<Event>),
 }
 
-/// What one process took, as far as it is recorded.
+/// The recorded inputs of one process.
 #[derive(Debug)]
 pub struct ProcessCourse {
-    /// When the process was started \[ns since 1970\].
+    /// The start of the process \[ns since 1970\].
     pub process: u64,
-    /// When the next one was, or when this one can be followed again; the largest number if there is neither.
+    /// The start of the next process, or the next state from which this one can be followed; otherwise the largest
+    /// number \[ns since 1970\].
     pub until: u64,
     /// Version of the software.
     pub software: String,
-    /// What it was set up with.
+    /// Its setup.
     pub setup: ModuleSetup,
-    /// What it remembered, or, if it is followed from a state on, had published by then.
+    /// Its memory at the start or, if it is followed from a state on, its transitions so far.
     pub memory: Memory,
-    /// The state that it is followed from, if not from its start.
+    /// The state from which it is followed, if not from its start.
     pub state: Option<RecordedState>,
-    /// What should be known of the replay.
+    /// Remarks on the replay.
     pub notes: Vec<String>,
-    /// Why it cannot be followed further, if it cannot.
+    /// Why it cannot be followed further, if so.
     pub shortfall: Option<Shortfall>,
-    /// The last step that it is known to have taken.
+    /// The last step that it is known to have processed.
     pub known_until: Option<(RunId, Step)>,
     pub(crate) items: Vec<CourseItem>,
 }
 
-/// All that a process had computed at some point, and when that was.
+/// A recorded state of a process.
 #[derive(Debug)]
 pub struct RecordedState {
     /// By the module's clock \[ns since 1970\].
@@ -59,7 +60,7 @@ pub struct RecordedState {
 }
 
 impl ProcessCourse {
-    /// From when on it is followed: the start of the process, or the time of the state \[ns since 1970\].
+    /// The beginning of the replay: the start of the process, or the time of the state \[ns since 1970\].
     #[must_use]
     pub fn from(&self) -> u64 {
         self.state.as_ref().map_or(self.process, |state| state.time_unix_ns)
@@ -69,15 +70,15 @@ impl ProcessCourse {
         self.items.iter().filter(|item| matches!(item, CourseItem::Sample(_))).count() as u64
     }
 
-    /// How many samples the process had used when it cannot be followed any more.
+    /// The number of samples that the process had used at the end of this course.
     fn samples_until(&self) -> u64 {
         let before = self.state.as_ref().map_or(0, |state| state.diagnoser.counters().samples);
         before + self.samples()
     }
 }
 
-/// The courses of all processes of a module, the first one first; several of one that can be followed again, from
-/// a state on, after something that is missing. One that ended before the recording began is left out.
+/// The courses of all processes of a module in order. A process has several courses if something is missing and a later
+/// state follows. Processes that ended before the recording began are left out.
 #[must_use]
 pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfall>)> {
     let of_states = record.states.keys().map(|(process, ..)| *process);
@@ -97,7 +98,7 @@ pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfa
     recorded.map(|(process, _, course)| (process, course)).collect()
 }
 
-/// From its start on, or the first state that there is; after what is missing, from the next state on.
+/// The courses of one process: from its start or its first state on and, after missing inputs, from the next state on.
 fn stretches(record: &ModuleRecord, span: (u64, u64)) -> Vec<Result<ProcessCourse, Shortfall>> {
     let mut stretches = Vec::new();
     let mut latest = from_start(record, span);
@@ -227,10 +228,10 @@ fn setup(
     Ok((read_setup(record, chosen)?, notes))
 }
 
-/// What a module was set up with last, as far as it is recorded.
+/// The last recorded setup of a module.
 ///
 /// # Errors
-/// Its configuration is not there, or cannot be used.
+/// Its configuration is not recorded or cannot be used.
 pub fn latest_setup(record: &ModuleRecord) -> Result<ModuleSetup, Shortfall> {
     let missing = || Shortfall::Configuration("not in the recording".to_owned());
     read_setup(record, record.configurations.last().ok_or_else(missing)?)
@@ -249,7 +250,7 @@ fn read_setup(
     Ok(setup)
 }
 
-/// The last step that the process is known to have taken.
+/// The last step that the process is known to have processed.
 fn known_until(
     record: &ModuleRecord,
     (process, until): (u64, u64),
@@ -269,7 +270,7 @@ fn known_until(
     steps.filter(|position| position.0 == run).max()
 }
 
-/// Goes through the inputs and looks up the samples between them.
+/// Walks through the inputs and looks up the samples between them.
 struct InputFollower<'a> {
     cursor: SampleCursor<'a>,
     items: &'a mut Vec<CourseItem>,
@@ -336,7 +337,7 @@ impl InputFollower<'_> {
             taken => {
                 let event = from_taken(taken.clone()).ok_or_else(|| Shortfall::Contradiction {
                     number: input.number,
-                    problem: "the process starts once more".to_owned(),
+                    problem: "the process starts again".to_owned(),
                 })?;
                 self.items.push(CourseItem::Event(Box::new(event)));
             }
@@ -344,8 +345,7 @@ impl InputFollower<'_> {
         Ok(())
     }
 
-    /// Follows the samples after the last input: as far as the process is known to have come, or, if none came after it,
-    /// as far as they go.
+    /// Follows the samples after the last input: up to the last step known or, for the last process, to the last sample.
     fn finish(&mut self, known: Option<(RunId, Step)>, is_last: bool) -> Result<(), Shortfall> {
         loop {
             let reached = match (known, self.cursor.position(), self.next) {

@@ -1,4 +1,4 @@
-//! Which recorded sample a process took next.
+//! Decides which recorded sample a process used next.
 
 use std::collections::BTreeSet;
 
@@ -7,14 +7,14 @@ use vocabulary::{RunId, Step};
 use crate::samples::Samples;
 use crate::shortfall::Shortfall;
 
-/// What is known of the next sample.
+/// The known position of the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum NextSample {
-    /// It is of the same run, a step further.
+    /// The next step of the same run.
     Following,
-    /// It is of the same run, at this step.
+    /// This step of the same run.
     At(Step),
-    /// With it, a run begins; taken at about this time \[ns since 1970\].
+    /// The first step of a run, used at about this time \[ns since 1970\].
     Begins(RunId, Step, u64),
 }
 
@@ -23,7 +23,7 @@ pub(crate) enum NextSample {
 pub(crate) struct SampleCursor<'a> {
     samples: &'a Samples,
     position: Option<(RunId, Step)>,
-    /// Samples that were published before are of an earlier pass of the same run.
+    /// Earlier samples belong to an earlier pass of the same run.
     not_before: Option<u64>,
     used: Vec<bool>,
     begun: BTreeSet<RunId>,
@@ -42,7 +42,7 @@ impl<'a> SampleCursor<'a> {
         }
     }
 
-    /// Goes on after this sample, published at that time.
+    /// Continues after this sample, published at that time.
     pub(crate) fn resume(&mut self, (run, step): (RunId, Step), not_before: Option<u64>) {
         self.position = Some((run, step));
         self.not_before = not_before;
@@ -55,7 +55,7 @@ impl<'a> SampleCursor<'a> {
         self.position
     }
 
-    /// The next sample; `taken` in all, `wanted` are known to have been taken.
+    /// The index of the next sample, after `taken` samples; `wanted` are known to have been used.
     pub(crate) fn advance(
         &mut self,
         next: NextSample,
@@ -99,7 +99,7 @@ impl<'a> SampleCursor<'a> {
         self.samples.head(index).map_or(0, |head| head.time_unix_ns)
     }
 
-    /// From this step on up to the next one that is there.
+    /// The missing steps from this one up to the next recorded one.
     fn missing(&self, run: RunId, from: Step, count: u64) -> Shortfall {
         let furthest = from.plus(count.saturating_sub(1));
         let next = self.samples.head(self.samples.first_from(run, from.plus(1)));

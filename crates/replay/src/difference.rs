@@ -1,4 +1,4 @@
-//! Where a replay and a recording differ.
+//! Differences between a replay and a recording.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::Value;
 use vocabulary::{Component, ModuleName, RunId, Step};
 
-/// A difference.
+/// The first field in which a replay and a recording differ.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Difference {
     /// The module.
@@ -18,12 +18,38 @@ pub struct Difference {
     pub step: Step,
     /// The component.
     pub component: Component,
-    /// What of it.
+    /// The field.
     pub field: String,
     /// As recorded; JSON.
     pub recorded: String,
     /// As replayed; JSON.
     pub replayed: String,
+}
+
+/// A field with its recorded and its replayed value.
+pub(crate) type FieldValues = (String, String, String);
+
+impl Difference {
+    pub(crate) fn new(
+        module: &ModuleName,
+        (run, step): (RunId, Step),
+        component: &Component,
+        (field, recorded, replayed): FieldValues,
+    ) -> Self {
+        let (module, component) = (module.clone(), component.clone());
+        Self { module, run, step, component, field, recorded, replayed }
+    }
+
+    /// A message that is in the recording or in the replay, but not in both.
+    pub(crate) fn of_presence(
+        module: &ModuleName,
+        at: (RunId, Step),
+        component: &Component,
+        (message, recorded, replayed): (&str, &str, &str),
+    ) -> Self {
+        let fields = (message.to_owned(), recorded.to_owned(), replayed.to_owned());
+        Self::new(module, at, component, fields)
+    }
 }
 
 impl fmt::Display for Difference {
@@ -37,7 +63,7 @@ impl fmt::Display for Difference {
 }
 
 /// The first field in which two objects differ, with both values. Numbers are the same if all their bits are.
-pub(crate) fn first_field(recorded: &Value, replayed: &Value) -> Option<(String, String, String)> {
+pub(crate) fn first_field(recorded: &Value, replayed: &Value) -> Option<FieldValues> {
     let inside = |name: &dyn fmt::Display, recorded: &Value, replayed: &Value| {
         let (inner, recorded, replayed) = first_field(recorded, replayed)?;
         let path = if inner.is_empty() { name.to_string() } else { format!("{name}.{inner}") };

@@ -1,8 +1,8 @@
 //! All modules in one process on the recorded samples, with other settings.
 //!
-//! What peers answered then no longer applies: the diagnosers query each other here. The modules go step by step
-//! together, each taking the samples that it took, with the gaps that it had; what an operator commanded is commanded at
-//! the same step. Restarts are left out: what a module took twice it takes once.
+//! The recorded answers of peers no longer apply, so the diagnosers query each other. The modules advance together step
+//! by step, each with its recorded samples and gaps; operators' commands apply at the recorded step. Restarts are left
+//! out: each module processes every sample once.
 
 use std::collections::VecDeque;
 
@@ -11,33 +11,32 @@ use diagnosis::{
 };
 use vocabulary::ModuleName;
 
-use crate::course::CourseItem;
 use crate::part::{PartError, ReplayPart};
-use crate::player::{ReplayedTransition, is_of_consequence, without_values};
+use crate::player::{ReplayedTransition, feed};
 use crate::samples::empty_sample;
 
-/// How long an answer is waited for \[s\], as `queries.timeout_ms` has it.
+/// Timeout of an answer \[s\], the default of `queries.timeout_ms`.
 const TIMEOUT_S: f64 = 0.3;
 
-/// The verdicts of each part.
+/// The transitions of each part.
 ///
 /// # Errors
-/// A setup that no diagnoser can be made of.
+/// A setup is invalid.
 pub fn together(parts: &[ReplayPart<'_>]) -> Result<Vec<Vec<ReplayedTransition>>, PartError> {
-    let mut rig = JointReplay::new(parts)?;
-    while let Some(place) = rig.next() {
-        rig.go_on(place);
+    let mut replay = JointReplay::new(parts)?;
+    while let Some(place) = replay.next() {
+        replay.advance(place);
     }
-    Ok(rig.verdicts)
+    Ok(replay.verdicts)
 }
 
-/// A question on its way.
+/// A pending question.
 #[derive(Debug)]
 struct AskedQuestion {
     asker: usize,
     peer: usize,
     question: StateQuestion,
-    /// After how many items of the asker.
+    /// The number of items that the asker had processed.
     at: usize,
     is_open: bool,
 }
@@ -45,15 +44,15 @@ struct AskedQuestion {
 struct JointReplay<'a> {
     parts: &'a [ReplayPart<'a>],
     diagnosers: Vec<Diagnoser>,
-    /// How many items each has taken.
+    /// The number of items that each diagnoser has processed.
     taken: Vec<usize>,
     times: Vec<u64>,
     timeouts: Vec<usize>,
     sample: Measurements,
     asked: Vec<AskedQuestion>,
-    /// Questions before this one are all answered.
+    /// All questions before this one are closed.
     open_from: usize,
-    /// Who did not answer whom, and until when that stays so, in items of the asker.
+    /// Asker, the peer that did not answer, and the end of the pause before the next question, in items of the asker.
     silent: Vec<(usize, ModuleName, usize)>,
     verdicts: Vec<Vec<ReplayedTransition>>,
 }
@@ -81,7 +80,7 @@ impl<'a> JointReplay<'a> {
         })
     }
 
-    /// Whose turn it is: the one that is the least far.
+    /// The diagnoser with the earliest next item.
     fn next(&self) -> Option<usize> {
         let moment = |place: usize| Some(self.parts[place].items.get(self.taken[place])?.0);
         (0..self.parts.len())
@@ -90,29 +89,17 @@ impl<'a> JointReplay<'a> {
             .map(|(_, place)| place)
     }
 
-    fn go_on(&mut self, place: usize) {
+    fn advance(&mut self, place: usize) {
         let part = &self.parts[place];
         let item = &part.items[self.taken[place]].1;
         self.taken[place] += 1;
         let mut actions = Vec::new();
-        let diagnoser = &mut self.diagnosers[place];
-        match item {
-            CourseItem::Sample(index) => {
-                part.samples.read(*index, &mut self.sample);
-                self.times[place] = part.samples.head(*index).map_or(0, |head| head.time_unix_ns);
-                diagnoser.take_sample(&self.sample, &mut actions);
-            }
-            CourseItem::Rejected(run, step) => {
-                if is_of_consequence(diagnoser, part.setup.step_s, (*run, *step)) {
-                    let sample = without_values(diagnoser, *run, *step);
-                    diagnoser.take_sample(&sample, &mut actions);
-                }
-            }
-            CourseItem::Event(event) => diagnoser.handle((**event).clone(), &mut actions),
-        }
+        let diagnoser = (&mut self.diagnosers[place], part.setup.step_s);
+        let published = feed(diagnoser, item, part.samples, &mut self.sample, &mut actions);
+        self.times[place] = published.unwrap_or(self.times[place]);
         self.carry_out(place, actions);
-        self.give_up();
-        self.come_back(place);
+        self.close_expired();
+        self.resume_peers(place);
     }
 
     /// Carries out the actions of one diagnoser and whatever follows from them.
@@ -120,14 +107,14 @@ impl<'a> JointReplay<'a> {
         let mut pending: VecDeque<(usize, Action)> =
             actions.into_iter().map(|action| (place, action)).collect();
         while let Some((actor, action)) = pending.pop_front() {
-            let Some((target, event)) = self.event_of(actor, action) else { continue };
+            let Some((target, event)) = self.event_for(actor, action) else { continue };
             let mut actions = Vec::new();
             self.diagnosers[target].handle(event, &mut actions);
             pending.extend(actions.into_iter().map(|action| (target, action)));
         }
     }
 
-    fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
+    fn event_for(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
         match action {
             Action::Publish(transition) => {
                 let time_unix_ns = self.times[actor];
@@ -182,8 +169,8 @@ impl<'a> JointReplay<'a> {
         (asker, Event::Unanswered { peer, question, failure })
     }
 
-    /// Drops questions that have waited too long or whose peer has ended.
-    fn give_up(&mut self) {
+    /// Closes questions that have timed out or whose peer has ended.
+    fn close_expired(&mut self) {
         while self.asked.get(self.open_from).is_some_and(|asked| !asked.is_open) {
             self.open_from += 1;
         }
@@ -206,8 +193,8 @@ impl<'a> JointReplay<'a> {
         }
     }
 
-    /// Peers that did not answer a module are queried again after a while.
-    fn come_back(&mut self, place: usize) {
+    /// Permits queries to peers again whose pause has ended.
+    fn resume_peers(&mut self, place: usize) {
         let now = self.taken[place];
         let is_over =
             |(asker, _, until): &(usize, ModuleName, usize)| *asker == place && now >= *until;

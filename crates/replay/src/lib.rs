@@ -1,8 +1,8 @@
-//! Recorded inputs through the same diagnosers, and what comes of it.
+//! Replays recorded inputs through the same diagnosers.
 //!
-//! A [`Collection`] takes recorded messages and sorts them by module. A [`ProcessCourse`] is what one process of a module took,
-//! in order; [`replay`] leads it through a diagnoser and compares what comes of it with what was recorded.
-//! [`together`](fn@together) runs all modules on the recorded samples with other settings; a [`ResidualReplay`] gives
+//! A [`Collection`] sorts recorded messages by module. A [`ProcessCourse`] has the inputs of one process of a module in
+//! order; [`replay`] feeds them to a diagnoser and compares its verdicts with the recorded ones.
+//! [`together`](fn@together) runs all modules on the recorded samples with other settings; a [`ResidualReplay`] computes
 //! residuals at every step.
 
 mod collection;

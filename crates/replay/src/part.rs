@@ -1,4 +1,4 @@
-//! What a module takes when all modules run together, and when.
+//! The inputs of a module when all modules run together, with their times.
 
 use std::collections::BTreeMap;
 
@@ -9,30 +9,30 @@ use crate::collection::ModuleRecord;
 use crate::course::{CourseItem, ProcessCourse};
 use crate::samples::Samples;
 
-/// When: the run by its first sample, how often it had begun again, the step.
+/// A time: that of the run's first sample, the number of restarts of the run, and the step.
 pub(crate) type Moment = (u64, u64, Step);
 
-/// A module that takes part.
+/// A module of a joint replay.
 #[derive(Debug)]
 pub struct ReplayPart<'a> {
     pub(crate) samples: &'a Samples,
     pub(crate) setup: ModuleSetup,
-    /// What it takes, and when; the latter rises.
+    /// Its inputs, in order of their times.
     pub(crate) items: Vec<(Moment, CourseItem)>,
 }
 
-/// A setup that no diagnoser can be made of.
+/// A setup that no diagnoser accepts.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("module `{module}`: {problems}")]
 pub struct PartError {
     /// The module.
     pub module: ModuleName,
-    /// What is wrong with it.
+    /// Its problems.
     pub problems: String,
 }
 
 impl<'a> ReplayPart<'a> {
-    /// A module with a setup: what its processes took, or, if none is known, all its samples in order.
+    /// A module with a setup and the inputs of its processes or, if none is recorded, all its samples in order.
     #[must_use]
     pub fn new(
         record: &'a ModuleRecord,
@@ -54,12 +54,12 @@ impl<'a> ReplayPart<'a> {
     }
 }
 
-/// When each run began, as far as it is recorded \[ns since 1970\].
+/// The time of the first recorded sample of each run \[ns since 1970\].
 #[derive(Debug, Default)]
 pub struct Beginnings(BTreeMap<RunId, u64>);
 
 impl Beginnings {
-    /// Those of all runs of these modules.
+    /// The beginnings of all runs of these modules.
     #[must_use]
     pub fn of(records: &[ModuleRecord]) -> Self {
         let mut runs = BTreeMap::new();
@@ -73,13 +73,13 @@ impl Beginnings {
     }
 }
 
-/// Places what a module took in time.
+/// Assigns times to the inputs of a module.
 #[derive(Debug)]
 struct ItemTimes<'a> {
     runs: &'a Beginnings,
     run: Option<RunId>,
     moment: Moment,
-    /// When the latest sample was published.
+    /// The time of publishing of the latest sample.
     time: u64,
 }
 
@@ -90,7 +90,7 @@ impl ItemTimes<'_> {
                 let head = samples.head(*index)?;
                 let is_same = self.run == Some(head.run);
                 if is_same && head.step <= self.moment.2 {
-                    // Taken before, by the process before.
+                    // Already used by the process before.
                     if head.time_unix_ns <= self.time {
                         return None;
                     }

@@ -1,4 +1,4 @@
-//! Leads a course through a diagnoser.
+//! Feeds the inputs of a course to a diagnoser.
 
 use diagnosis::{Action, Diagnoser, Measurements, Transition};
 use vocabulary::{RunId, Step};
@@ -6,36 +6,62 @@ use vocabulary::{RunId, Step};
 use crate::collection::ModuleRecord;
 use crate::comparison::ReplayComparison;
 use crate::course::{CourseItem, ProcessCourse};
-use crate::samples::empty_sample;
+use crate::samples::{Samples, empty_sample};
 use crate::shortfall::Shortfall;
 
-/// A diagnoser takes samples that are less far ahead \[s\].
+/// A diagnoser rejects samples further ahead than this \[s\].
 const STEP_JUMP_S: f64 = 10.0;
 
-/// A verdict of the replay.
+/// A transition of the replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayedTransition {
     /// The transition.
     pub transition: Transition,
-    /// When the latest sample before it was published \[ns since 1970\].
+    /// The time of publishing of the latest sample before it \[ns since 1970\].
     pub time_unix_ns: u64,
 }
 
-/// What came of a replay.
+/// The result of a replay.
 #[derive(Debug)]
 pub struct Replayed {
-    /// The verdicts, in order.
+    /// The transitions, in order.
     pub transitions: Vec<ReplayedTransition>,
-    /// Samples used.
+    /// The number of samples used.
     pub samples: u64,
-    /// What a comparison with the recording found.
+    /// The comparison with the recording.
     pub comparison: ReplayComparison,
-    /// Why it does not go further, if it does not.
+    /// Why it ends early, if so.
     pub shortfall: Option<Shortfall>,
 }
 
-/// A sample without a value.
-pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Measurements {
+/// Feeds an item to a diagnoser with this length of a step \[s\]. Returns the time of publishing of a sample. `sample` is
+/// reused.
+pub(crate) fn feed(
+    (diagnoser, step_s): (&mut Diagnoser, f64),
+    item: &CourseItem,
+    samples: &Samples,
+    sample: &mut Measurements,
+    actions: &mut Vec<Action>,
+) -> Option<u64> {
+    match item {
+        CourseItem::Sample(index) => {
+            samples.read(*index, sample);
+            diagnoser.take_sample(sample, actions);
+            return samples.head(*index).map(|head| head.time_unix_ns);
+        }
+        CourseItem::Rejected(run, step) => {
+            if is_of_consequence(diagnoser, step_s, (*run, *step)) {
+                let sample = without_values(diagnoser, *run, *step);
+                diagnoser.take_sample(&sample, actions);
+            }
+        }
+        CourseItem::Event(event) => diagnoser.handle((**event).clone(), actions),
+    }
+    None
+}
+
+/// A sample without values.
+fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> Measurements {
     let is_actuator = |c: &&vocabulary::Component| matches!(c, vocabulary::Component::Actuator(_));
     let actuators = diagnoser.components().iter().filter(is_actuator).count();
     let gages = diagnoser.components().len() - actuators;
@@ -48,22 +74,17 @@ pub(crate) fn without_values(diagnoser: &Diagnoser, run: RunId, step: Step) -> M
     }
 }
 
-/// Was a sample refused because of its step? One that has the wrong number of values is refused whatever its step, and
-/// leaves nothing behind.
-pub(crate) fn is_of_consequence(
-    diagnoser: &Diagnoser,
-    step_s: f64,
-    (run, step): (RunId, Step),
-) -> bool {
+/// Whether a sample is rejected because of its step. One with the wrong number of values is rejected whatever its step,
+/// and has no effect.
+fn is_of_consequence(diagnoser: &Diagnoser, step_s: f64, (run, step): (RunId, Step)) -> bool {
     let last = diagnoser.last_step().filter(|_| diagnoser.run() == Some(run));
     last.is_some_and(|last| step <= last || step.since(last) as f64 * step_s > STEP_JUMP_S)
 }
 
-/// Replays what a process took. Whatever it would do itself, such as querying its peers, it need not: the answers are
-/// recorded.
+/// Replays the inputs of a process. Its queries to peers are ignored, because the answers are recorded.
 ///
 /// # Errors
-/// A setup that no diagnoser can be made of.
+/// The setup is invalid.
 pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed, Shortfall> {
     let mut diagnoser =
         Diagnoser::new(course.setup.clone()).map_err(|problems| Shortfall::of_setup(&problems))?;
@@ -103,16 +124,15 @@ impl Player<'_> {
         let mut actions = Vec::new();
         for item in items {
             let used = self.diagnoser.counters().samples;
-            match item {
-                CourseItem::Sample(index) => self.take(*index, &mut actions),
-                CourseItem::Rejected(run, step) => {
-                    if is_of_consequence(&self.diagnoser, self.step_s, (*run, *step)) {
-                        let sample = without_values(&self.diagnoser, *run, *step);
-                        self.diagnoser.take_sample(&sample, &mut actions);
-                    }
-                }
-                CourseItem::Event(event) => self.diagnoser.handle((**event).clone(), &mut actions),
-            }
+            let samples = &self.record.samples;
+            let published = feed(
+                (&mut self.diagnoser, self.step_s),
+                item,
+                samples,
+                &mut self.sample,
+                &mut actions,
+            );
+            self.time_unix_ns = published.unwrap_or(self.time_unix_ns);
             let takes = u64::from(matches!(item, CourseItem::Sample(_)));
             if self.diagnoser.counters().samples != used + takes {
                 return Err(Shortfall::UnknownSample { samples: used });
@@ -123,13 +143,6 @@ impl Player<'_> {
             }
         }
         Ok(())
-    }
-
-    fn take(&mut self, index: usize, actions: &mut Vec<Action>) {
-        self.record.samples.read(index, &mut self.sample);
-        self.time_unix_ns =
-            self.record.samples.head(index).map_or(self.time_unix_ns, |head| head.time_unix_ns);
-        self.diagnoser.take_sample(&self.sample, actions);
     }
 
     fn note(&mut self, actions: &mut Vec<Action>) {

@@ -1,4 +1,4 @@
-//! Residuals and divergences at every step, also where none were published.
+//! Residuals and divergences at every step, whether published or not.
 
 use diagnosis::messages::Speaker;
 use diagnosis::{Action, Diagnoser, Measurements, ModuleSetup};
@@ -6,10 +6,10 @@ use vocabulary::{Divergences, StructureName};
 
 use crate::shortfall::Shortfall;
 
-/// A threshold that no divergence reaches, so that nothing is judged and no peer is queried.
+/// A threshold that no divergence reaches, so that there are no verdicts and no queries to peers.
 const OUT_OF_REACH: f64 = f64::MAX;
 
-/// A diagnoser that takes samples and has only its residuals and divergences read.
+/// A diagnoser of which only residuals and divergences are used.
 pub struct ResidualReplay {
     diagnoser: Diagnoser,
     speaker: Speaker,
@@ -20,7 +20,7 @@ impl ResidualReplay {
     /// Starts before the first sample. Thresholds and reference in `setup` are ignored.
     ///
     /// # Errors
-    /// A setup that no diagnoser can be made of.
+    /// The setup is invalid.
     pub fn new(structure: StructureName, setup: &ModuleSetup) -> Result<Self, Shortfall> {
         let mut setup = ModuleSetup { reference: None, ..setup.clone() };
         let speaker = Speaker::of(structure, setup.module.clone());
@@ -30,8 +30,7 @@ impl ResidualReplay {
         Ok(Self { diagnoser, speaker, actions: Vec::new() })
     }
 
-    /// Takes the next sample, and returns what would be published of its step: nothing if the diagnoser refuses the
-    /// sample.
+    /// Processes the next sample, and returns the divergences that would be published; `None` if the diagnoser rejects it.
     pub fn take(&mut self, sample: &Measurements) -> Option<Divergences> {
         let used = self.diagnoser.counters().samples;
         self.diagnoser.take_sample(sample, &mut self.actions);

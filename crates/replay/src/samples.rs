@@ -4,37 +4,37 @@ use std::ops::Range;
 
 use vocabulary::{RunId, Step};
 
-/// Which sample it is.
+/// Identifies a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleHead {
     /// Its run.
     pub run: RunId,
     /// Its step.
     pub step: Step,
-    /// When it was published, by the publisher's clock \[ns since 1970\].
+    /// The time of publishing, by the publisher's clock \[ns since 1970\].
     pub time_unix_ns: u64,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct SampleEntry {
     head: SampleHead,
-    /// Where its values begin.
+    /// The index of its first value.
     at: usize,
-    /// How many demands, pairs of pressures, elongations or readings.
+    /// The numbers of demands, pairs of pressures, and elongations or readings.
     lengths: [usize; 3],
 }
 
-/// Samples by run and step. Of one run and step there are several if the publisher began again; what was recorded twice
-/// is there once.
+/// Samples by run and step, without duplicates. There are several of one run and step if the publisher restarted with
+/// the same run.
 #[derive(Debug, Default)]
 pub struct Samples {
     entries: Vec<SampleEntry>,
-    /// All values one after the other: an hour has millions.
+    /// The values of all samples in one vector: an hour has millions.
     values: Vec<f64>,
 }
 
 impl Samples {
-    /// Adds one.
+    /// Adds a sample.
     pub(crate) fn push(&mut self, sample: &vocabulary::Sample) {
         let head =
             SampleHead { run: sample.run, step: sample.step, time_unix_ns: sample.time_unix_ns };
@@ -62,7 +62,7 @@ impl Samples {
         self.values = values;
     }
 
-    /// Brings them into order.
+    /// Sorts the samples and removes duplicates.
     pub(crate) fn sort(&mut self) {
         let Self { entries, values } = self;
         let key = |entry: &SampleEntry| (entry.head.run, entry.head.step);
@@ -83,25 +83,25 @@ impl Samples {
         entries.truncate(kept);
     }
 
-    /// How many there are.
+    /// The number of samples.
     #[must_use]
     pub fn len(&self) -> usize {
         self.entries.len()
     }
 
-    /// Is there none?
+    /// Whether there are no samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
-    /// Which sample this is.
+    /// The identity of a sample.
     #[must_use]
     pub fn head(&self, index: usize) -> Option<SampleHead> {
         self.entries.get(index).map(|entry| entry.head)
     }
 
-    /// A copy of one.
+    /// A copy of a sample.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<diagnosis::Measurements> {
         self.entries.get(index)?;
@@ -110,7 +110,7 @@ impl Samples {
         Some(sample)
     }
 
-    /// Copies one.
+    /// Copies a sample into an existing one.
     pub fn read(&self, index: usize, into: &mut diagnosis::Measurements) {
         let Some(SampleEntry { head, at, lengths: [demands, pairs, gages] }) =
             self.entries.get(index)
@@ -130,7 +130,7 @@ impl Samples {
         into.elongations_m.extend_from_slice(&self.values[elongations..elongations + gages]);
     }
 
-    /// Those of this run and step; `near` is where they are likely to be.
+    /// The samples of this run and step; `near` is their likely index.
     pub(crate) fn of(&self, run: RunId, step: Step, near: usize) -> Range<usize> {
         let is = |index: usize| {
             self.entries.get(index).is_some_and(|e| (e.head.run, e.head.step) == (run, step))
@@ -144,7 +144,7 @@ impl Samples {
         from..to
     }
 
-    /// The place of the first that is not before this run and step.
+    /// The index of the first sample not before this run and step.
     pub(crate) fn first_from(&self, run: RunId, step: Step) -> usize {
         self.entries.partition_point(|e| (e.head.run, e.head.step) < (run, step))
     }

@@ -1,4 +1,4 @@
-//! Other settings than the recorded ones.
+//! Settings that replace the recorded ones.
 
 use std::collections::BTreeMap;
 
@@ -6,21 +6,21 @@ use diagnosis::residual::ActuatorResidual;
 use diagnosis::{ModuleSetup, Rule};
 use vocabulary::ModuleName;
 
-/// What is to be different.
+/// The settings to change.
 #[derive(Debug, Clone, Default)]
 pub struct ReplaySettings {
-    /// Whole setups, by module.
+    /// Complete setups, by module.
     pub setups: BTreeMap<ModuleName, ModuleSetup>,
-    /// A factor on every threshold.
+    /// Factor on every threshold.
     pub threshold_factor: Option<f64>,
-    /// The rule of isolation.
+    /// The isolation rule.
     pub rule: Option<Rule>,
-    /// By which residual actuators are watched.
+    /// The residual by which actuators are monitored.
     pub residual: Option<ActuatorResidual>,
 }
 
 impl ReplaySettings {
-    /// Is anything different?
+    /// Whether any setting is changed.
     #[must_use]
     pub fn is_any(&self) -> bool {
         !self.setups.is_empty()
@@ -29,7 +29,7 @@ impl ReplaySettings {
             || self.residual.is_some()
     }
 
-    /// A module's setup with these.
+    /// A module's setup with these settings.
     #[must_use]
     pub fn applied_to(&self, recorded: ModuleSetup) -> ModuleSetup {
         let mut setup = self.setups.get(&recorded.module).cloned().unwrap_or(recorded);

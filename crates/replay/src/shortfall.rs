@@ -1,4 +1,4 @@
-//! What a recording lacks.
+//! Missing parts of a recording.
 
 use std::fmt;
 
@@ -7,22 +7,22 @@ use vocabulary::{RunId, Step};
 /// Why a process cannot be replayed, or not to its end.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Shortfall {
-    /// No process of the module is known.
+    /// The recording has no process of the module.
     NoInputs,
-    /// The process had started before, and what it started with is not there.
+    /// The process had started before, and its start is not recorded.
     StartMissing,
-    /// The process had started before, and the state that is there instead cannot be used.
+    /// The process had started before, and its recorded state cannot be used.
     State(String),
-    /// What the module was set up with is not there, or cannot be used.
+    /// The module's configuration is not recorded or cannot be used.
     Configuration(String),
-    /// Inputs are not there.
+    /// Inputs are missing.
     InputsMissing {
         /// The first.
         from: u64,
         /// The last.
         to: u64,
     },
-    /// Samples that were taken are not there.
+    /// Samples that the process used are missing.
     SamplesMissing {
         /// Their run.
         run: RunId,
@@ -31,12 +31,12 @@ pub enum Shortfall {
         /// The last.
         to: Step,
     },
-    /// A sample was taken, but not which one is said.
+    /// Which sample the process used next is not recorded.
     UnknownSample {
-        /// After so many samples.
+        /// The number of samples before it.
         samples: u64,
     },
-    /// The position that an input tells is another one.
+    /// An input states another position than the samples before it.
     Contradiction {
         /// The input.
         number: u64,
@@ -46,7 +46,7 @@ pub enum Shortfall {
 }
 
 impl Shortfall {
-    /// No diagnoser can be made of a setup.
+    /// A setup that no diagnoser accepts.
     pub(crate) fn of_setup(problems: &[diagnosis::SetupError]) -> Shortfall {
         let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
         Shortfall::Configuration(problems.join("; "))
@@ -57,10 +57,10 @@ impl fmt::Display for Shortfall {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Shortfall::NoInputs => f.write_str(
-                "what its processes took beside samples is not in the recording: use one made by `trusswatch record`",
+                "the inputs of its processes are not in the recording: use one made by `trusswatch record`",
             ),
             Shortfall::StartMissing => f.write_str(
-                "the recording begins after the process had started, and does not have its state: nothing of it can be verified before its next start",
+                "the recording begins after the process had started, without its state: nothing can be verified before its next start",
             ),
             Shortfall::State(problem) => write!(
                 f,
@@ -72,17 +72,17 @@ impl fmt::Display for Shortfall {
             }
             Shortfall::InputsMissing { from, to } => write!(f, "inputs {from}–{to} are missing"),
             Shortfall::SamplesMissing { run, from, to } if from == to => {
-                write!(f, "sample {from} of run {run} that it took is not in the recording")
+                write!(f, "sample {from} of run {run}, which it used, is not in the recording")
             }
             Shortfall::SamplesMissing { run, from, to } => {
-                write!(f, "samples {from}–{to} of run {run} that it took are not in the recording")
+                write!(f, "samples {from}–{to} of run {run}, which it used, are not in the recording")
             }
             Shortfall::UnknownSample { samples } => write!(
                 f,
-                "which sample it took after the first {samples} is not in the recording"
+                "the recording does not say which sample it used after the first {samples}"
             ),
             Shortfall::Contradiction { number, problem } => {
-                write!(f, "input {number} does not fit what precedes it: {problem}")
+                write!(f, "input {number} contradicts the inputs before it: {problem}")
             }
         }
     }

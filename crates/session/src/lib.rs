@@ -21,7 +21,7 @@ pub use network::{
     DEFAULT_LEASE_MS, EndpointError, LEASES_MS, Mode, Network, NetworkFlags, endpoint,
 };
 pub use session::{NetworkError, close, open, open_within};
-pub use zenoh_file::{from_file, identities};
+pub use zenoh_file::{from_file, identities, without_source_locations};
 pub use zenoh_settings::{
     ACCEPTING_MS, LONGEST_MESSAGE_BYTES, OPENING_MS, settings, wait_before_close_us,
 };

@@ -11,14 +11,14 @@ use zenoh::config::EndPoint;
 use crate::zenoh_file;
 
 /// Connects to its neighbours as a peer, or to a router as a client.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
-    /// Connects directly to every configured endpoint.
+    /// Connects to one diagnoser or router, which forwards all messages
+    Client,
+    /// Connects directly to every configured endpoint
     #[default]
     Peer,
-    /// Connects to a router, which forwards all messages.
-    Client,
 }
 
 /// The table `[network]`.
@@ -31,16 +31,15 @@ pub struct Network {
     pub listen: Vec<String>,
     /// Endpoints to connect to; added to by `--connect`.
     pub connect: Vec<String>,
-    /// A file of Zenoh's own settings in JSON5, used as it is in place of everything that trusswatch
-    /// would set; only `listen` and `connect`, if given, take the place of the file's, and messages are limited
-    /// to [`crate::LONGEST_MESSAGE_BYTES`] unless it limits them itself.
+    /// A file of Zenoh settings in JSON5, which replaces the settings of trusswatch; only `listen` and `connect`, if given,
+    /// override the file, and messages are limited to [`crate::LONGEST_MESSAGE_BYTES`] unless the file sets a limit.
     pub zenoh: Option<PathBuf>,
     /// A directory with this process's certificate, its key and the authority's certificate, as
-    /// `trusswatch pki issue` makes it; `--tls` goes before it. Every link is then mutually
-    /// authenticated TLS, and no other is accepted.
+    /// `trusswatch pki issue` makes it; overridden by `--tls`. Every link then uses mutually
+    /// authenticated TLS, and other links are refused.
     pub tls: Option<PathBuf>,
-    /// A link whose other side is silent for this long is dead \[ms\]; a message that cannot be sent for a fifth of it
-    /// ends the link. Without it a second, [`DEFAULT_LEASE_MS`]: on a network of long or lossy links that is too short.
+    /// A link without a received message for this time is closed \[ms\], as is one on which a message cannot be sent for a
+    /// fifth of it. The default is [`DEFAULT_LEASE_MS`]; long or lossy links need more.
     pub lease_ms: Option<u32>,
 }
 
@@ -54,12 +53,6 @@ impl Network {
     #[must_use]
     pub fn peer_of(endpoints: &[String]) -> Self {
         Self { connect: endpoints.to_vec(), ..Self::default() }
-    }
-
-    /// A client.
-    #[must_use]
-    pub fn client_of(endpoints: &[String]) -> Self {
-        Self { mode: Some(Mode::Client), connect: endpoints.to_vec(), ..Self::default() }
     }
 
     /// The lease of its links \[ms\].
@@ -178,7 +171,7 @@ pub fn endpoint(text: &str) -> Result<EndPoint, EndpointError> {
 /// Longest name of a host (RFC 1035, section 2.3.4).
 const LONGEST_HOST: usize = 253;
 
-/// Checks an address of TCP: `HOST:PORT`, where an IPv6 address stands in brackets. Zenoh would retry forever what it
+/// Checks an address of TCP: `HOST:PORT`, with an IPv6 address in brackets. Zenoh would retry forever what it
 /// cannot parse or resolve, without a word.
 fn host_and_port(address: &str) -> Result<(), &'static str> {
     let (host, port) = address.rsplit_once(':').ok_or("it has no port")?;

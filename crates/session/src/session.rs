@@ -22,7 +22,7 @@ pub enum NetworkError {
         reason: String,
     },
     /// A setting that Zenoh rejects.
-    #[error("Zenoh does not take `{key}` = {value}: {reason}")]
+    #[error("Zenoh rejects `{key}` = {value}: {reason}")]
     Setting {
         /// The setting.
         key: &'static str,
@@ -162,6 +162,10 @@ mod tests {
     use super::*;
     use crate::loopback;
 
+    fn client_of(endpoints: &[String]) -> Network {
+        Network { mode: Some(Mode::Client), ..Network::peer_of(endpoints) }
+    }
+
     /// Long for a connection on this machine, short for a test.
     const WITHIN: Duration = Duration::from_secs(5);
 
@@ -178,13 +182,13 @@ mod tests {
             [&refusing, &answering, &hanging],
             [&answering, &hanging, &refusing],
         ] {
-            let client = Network::client_of(&endpoints.map(String::clone));
+            let client = client_of(&endpoints.map(String::clone));
             let session = open_within(&client, WITHIN).await.unwrap();
             let connected: Vec<_> = session.info().peers_zid().await.collect();
             assert_eq!(connected, [peer.zid()]);
             close(&session).await;
         }
-        let client = Network::client_of(&[hanging.clone(), refusing.clone()]);
+        let client = client_of(&[hanging.clone(), refusing.clone()]);
         let within = Duration::from_millis(400);
         let error = open_within(&client, within).await.unwrap_err().to_string();
         assert_eq!(error, format!("no connection to {hanging}, {refusing} within 400ms"));

@@ -61,7 +61,12 @@ pub(crate) fn json(path: &Path) -> String {
 
 /// The text of an error, without the source locations in Zenoh.
 pub(crate) fn plain(error: &zenoh::Error) -> String {
-    let text = error.to_string();
+    without_source_locations(&error.to_string())
+}
+
+/// A message of Zenoh without the source locations in it, each of the form `at FILE.rs:LINE`.
+#[must_use]
+pub fn without_source_locations(text: &str) -> String {
     let mut words = text.split(' ').peekable();
     let mut kept = Vec::new();
     while let Some(word) = words.next() {

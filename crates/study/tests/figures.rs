@@ -162,27 +162,17 @@ fn values_without_a_place_break_a_line_and_draw_nothing() {
 }
 
 #[test]
-fn bars_and_dots_stand_at_their_names() {
-    let names: Vec<String> = ["leak", "bias", "walk"].map(String::from).to_vec();
+fn dots_stand_beside_a_named_level() {
     let points = vec![[0.0, 3.0], [1.0, 5.0], [2.0, 4.0]];
-    for shape in [Shape::Bars, Shape::Dots] {
-        let series = Series::new("", shape, SeriesStyle::nth(0), points.clone());
-        let series = series.spread(vec![[2.0, 4.0], [4.5, 5.5], [3.0, 6.0]]);
-        let x = PlotAxis::categories("", names.clone());
-        let level = PanelMark::new(MarkKind::Level, 4.5, "limit");
-        let panel = Panel::new("delays", x, PlotAxis::linear("ms"), vec![series]).marked([level]);
-        let svg = plain(panel);
-        let document = Document::parse(&svg).unwrap();
-        let texts = texts(&document);
-        assert!(names.iter().all(|name| texts.iter().any(|(words, _)| words == name)));
-        assert!(texts.iter().any(|(words, _)| *words == "limit"));
-        let shapes = |tag: &str| document.descendants().filter(|n| n.has_tag_name(tag)).count();
-        match shape {
-            // ground of the page, ground and frame of the plot, three bars
-            Shape::Bars => assert_eq!(shapes("rect"), 6),
-            _ => assert_eq!(shapes("circle"), 3),
-        }
-    }
+    let series = Series::new("", Shape::Dots, SeriesStyle::nth(0), points);
+    let series = series.spread(vec![[2.0, 4.0], [4.5, 5.5], [3.0, 6.0]]);
+    let level = PanelMark::new(MarkKind::Level, 4.5, "limit");
+    let panel = Panel::new("delays", PlotAxis::linear("run"), PlotAxis::linear("ms"), vec![series]);
+    let svg = plain(panel.marked([level]));
+    let document = Document::parse(&svg).unwrap();
+    assert!(texts(&document).iter().any(|(words, _)| *words == "limit"));
+    let dots = document.descendants().filter(|node| node.has_tag_name("circle"));
+    assert_eq!(dots.count(), 3);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use observer::{ModuleView, NetworkState, News, ObservedEvent, Scene};
 use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
 use vocabulary::{
@@ -14,8 +15,7 @@ use vocabulary::{
     Trace, Unknown,
 };
 
-use crate::model::effect::TaskResult;
-use crate::model::{KeyPress, Model};
+use crate::model::{Model, TaskResult};
 use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
 use crate::view::draw;
 use observer::ComponentId;
@@ -169,9 +169,9 @@ fn model() -> Model {
 fn press(model: &mut Model, text: &str) {
     for character in text.chars() {
         let key = match character {
-            '\n' => KeyPress::Enter,
-            '\x1b' => KeyPress::Esc,
-            other => KeyPress::Char(other),
+            '\n' => KeyCode::Enter,
+            '\x1b' => KeyCode::Esc,
+            other => KeyCode::Char(other),
         };
         model.on_key(key);
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use observer::{ModuleView, NetworkState, Scene};
 use vocabulary::{Evidence, FaultState, FaultTransition, ModuleStatus, Step};
 
-use crate::settings::{OrderIssuer, ViewSettings};
+use crate::{OrderIssuer, ViewSettings};
 
 pub(crate) const SECOND: u64 = 1_000_000_000;
 /// 2026-11-21T10:00:00Z.

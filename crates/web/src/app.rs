@@ -1,16 +1,26 @@
-//! The state shared by all request handlers.
+//! The state shared by all request handlers, and the routes to them.
 
 use std::sync::Arc;
 
-use axum::extract::FromRef;
+use axum::Router;
+use axum::extract::{Request, State};
+use axum::http::StatusCode;
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::Response;
+use axum::routing::get;
+use maud::html;
 use shell::shutdown::Shutdown;
 use vocabulary::{OperatorName, StructureName};
 
-use crate::access::Access;
+use crate::access::{Access, Viewer};
 use crate::drawing::LinkedDrawing;
+use crate::layout::Page;
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
+use crate::{
+    access, assets, component, events, history, metrics, module, orders, overview, stream,
+};
 
 /// The state shared by all request handlers.
 #[derive(Debug)]
@@ -36,8 +46,47 @@ pub(crate) struct App {
 /// Shared reference for handlers.
 pub(crate) type Shared = Arc<App>;
 
-impl FromRef<Shared> for Metrics {
-    fn from_ref(app: &Shared) -> Self {
-        app.metrics.clone()
-    }
+/// All routes, behind the guard.
+pub(crate) fn router(app: Shared) -> Router {
+    access::protect(pages(app.clone()), Arc::clone(&app.access))
+}
+
+fn pages(app: Shared) -> Router {
+    Router::new()
+        .route("/", get(overview::page))
+        .route("/component/{module}/{kind}/{name}", get(component::page))
+        .route("/module/{name}", get(module::page))
+        .route("/history", get(history::page))
+        .route("/events", get(events::page))
+        .route("/stream", get(stream::stream))
+        .route("/fragments", get(stream::fragments))
+        .route("/page.css", get(assets::style))
+        .route("/page.js", get(assets::script))
+        .route(assets::ICON_PATH, get(assets::icon))
+        .route(assets::ALARM_ICON_PATH, get(assets::alarm_icon))
+        .route("/healthz", get(metrics::healthz))
+        .route("/metrics", get(metrics::metrics))
+        .merge(access::routes(Arc::clone(&app.access)))
+        .merge(orders::routes())
+        .fallback(nothing)
+        .layer(from_fn_with_state(app.clone(), count))
+        .with_state(app)
+}
+
+async fn count(State(app): State<Shared>, request: Request, next: Next) -> Response {
+    metrics::count(&app.metrics.requests);
+    next.run(request).await
+}
+
+async fn nothing(State(app): State<Shared>, viewer: Viewer) -> Response {
+    let scene = app.observed.scene();
+    let live = String::new();
+    let page = Page { title: "Not found", place: "", live, viewer: &viewer, scene: &scene };
+    page.refusing(
+        StatusCode::NOT_FOUND,
+        &html! {
+            h1 { "Not found" }
+            p { "Page not found. Start from " a href="/" { "the overview" } "." }
+        },
+    )
 }

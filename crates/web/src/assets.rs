@@ -7,7 +7,7 @@ use axum::response::IntoResponse;
 pub(crate) const STYLE: &str = include_str!("assets/page.css");
 /// The script.
 pub(crate) const SCRIPT: &str = include_str!("assets/page.js");
-/// The icon, and what is red in its place while an alarm needs attention.
+/// The icon, and its color, which is replaced by red while an alarm needs attention.
 pub(crate) const ICON: &str = include_str!("assets/icon.svg");
 const CALM_FILL: &str = "#1d3b53";
 const ALARM_FILL: &str = "#b3261e";

@@ -39,10 +39,10 @@ impl LinkedDrawing {
 
     /// A sign with a link for each component, in its present state.
     pub(crate) fn signs(&self, view: &LinkedScene<'_>) -> Markup {
-        PreEscaped(self.plan.signs(|component| self.look(view, component)))
+        PreEscaped(self.plan.signs(|component| self.sign(view, component)))
     }
 
-    fn look(&self, view: &LinkedScene<'_>, component: &ComponentPath) -> SignLook {
+    fn sign(&self, view: &LinkedScene<'_>, component: &ComponentPath) -> SignLook {
         let href = view.component(Some(&self.structure), component);
         match view.scene.component(Some(&self.structure), component) {
             // No module diagnoses the component, or no state has arrived yet.

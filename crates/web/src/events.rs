@@ -29,7 +29,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
         viewer: &viewer,
         scene: &scene,
     };
-    page.around(&main(&view))
+    page.respond(&main(&view))
 }
 
 pub(crate) fn main(view: &LinkedScene<'_>) -> Markup {

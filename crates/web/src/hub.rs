@@ -36,7 +36,12 @@ where
     }
 
     /// Subscribes to the task with this key; starts it if it is not running, with `first` as the initial result.
-    pub(crate) fn look<F>(&self, key: K, first: V, work: impl FnOnce(Sender<V>) -> F) -> Receiver<V>
+    pub(crate) fn subscribe<F>(
+        &self,
+        key: K,
+        first: V,
+        work: impl FnOnce(Sender<V>) -> F,
+    ) -> Receiver<V>
     where
         F: Future<Output = ()> + Send + 'static,
     {
@@ -110,11 +115,11 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn work_is_done_once_for_all_who_look_and_ends_after_the_last_has_looked_away() {
+    async fn work_is_shared_by_all_streams_and_ends_after_the_last() {
         let begun = Arc::new(AtomicU32::new(0));
         let look = |hub: &Hub<&'static str, u32>| {
             let begun = Arc::clone(&begun);
-            hub.look("m1", 0, move |sender| async move {
+            hub.subscribe("m1", 0, move |sender| async move {
                 sender.send_replace(1 + begun.fetch_add(1, Ordering::Relaxed));
                 std::future::pending::<()>().await;
             })
@@ -133,24 +138,24 @@ mod tests {
     #[tokio::test]
     async fn whoever_looks_again_soon_finds_the_same_work() {
         let hub: Hub<&str, u32> = Hub::new(SOON);
-        let mut first = hub.look("m1", 0, |sender| async move {
+        let mut first = hub.subscribe("m1", 0, |sender| async move {
             sender.send_replace(5);
             std::future::pending::<()>().await;
         });
         first.changed().await.unwrap();
         drop(first);
         tokio::task::yield_now().await;
-        assert_eq!(*hub.look("m1", 0, |_| std::future::pending()).borrow(), 5);
+        assert_eq!(*hub.subscribe("m1", 0, |_| std::future::pending()).borrow(), 5);
     }
 
     #[tokio::test]
     async fn work_that_has_ended_is_begun_once_more() {
         let hub: Hub<&str, u32> = Hub::new(Duration::from_secs(10));
-        let mut first = hub.look("m1", 0, |_| async {});
+        let mut first = hub.subscribe("m1", 0, |_| async {});
         // The sender is dropped with the work.
         assert!(first.changed().await.is_err());
         until_idle(&hub).await;
-        let second = hub.look("m1", 7, |_| std::future::pending());
+        let second = hub.subscribe("m1", 7, |_| std::future::pending());
         assert_eq!(*second.borrow(), 7);
     }
 }

@@ -26,13 +26,13 @@ const PLACES: [(&str, &str); 3] =
 
 impl Page<'_> {
     /// Wraps this main part into a page.
-    pub(crate) fn around(&self, main: &Markup) -> Response {
+    pub(crate) fn respond(&self, main: &Markup) -> Response {
         Html(self.markup(main).into_string()).into_response()
     }
 
     /// Likewise, for a request that failed.
     pub(crate) fn refusing(&self, status: StatusCode, main: &Markup) -> Response {
-        (status, self.around(main)).into_response()
+        (status, self.respond(main)).into_response()
     }
 
     pub(crate) fn markup(&self, main: &Markup) -> Markup {

@@ -2,10 +2,8 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `config` | configuration |
-//! | `server` | the process, from start to shutdown |
-//! | `router` | maps paths to handlers |
-//! | `app` | the state shared by all request handlers |
+//! | `server` | configuration; the process, from start to shutdown |
+//! | `app` | the state shared by all request handlers; maps paths to them |
 //! | `access` | authentication and authorization |
 //! | `orders` | handles submitted orders |
 //! | `listener` | addresses, TLS, limits |
@@ -24,7 +22,6 @@ mod access;
 mod app;
 mod assets;
 mod component;
-mod config;
 mod drawing;
 mod events;
 mod forms;
@@ -40,7 +37,6 @@ mod observed;
 mod orders;
 mod overview;
 mod part;
-mod router;
 mod server;
 mod stream;
 #[cfg(test)]
@@ -50,6 +46,5 @@ mod tests;
 mod view;
 
 pub use access::{LinkError, NoRandomness, PersonName, PersonNameError, VALID, one_time_link};
-pub use config::WebConfig;
-pub use listener::{ListenError, ListenerSettings, PageAddress, PageAddressError, TlsFiles};
-pub use server::run;
+pub use listener::{ListenError, PageAccess, PageAddress, PageAddressError};
+pub use server::{WebConfig, run};

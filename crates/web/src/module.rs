@@ -47,7 +47,7 @@ pub(crate) async fn page(
             let title = title(&module.id());
             let live = LivePage::Module(module.id()).parameters();
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
-            page.around(&main(&view, &viewer, module))
+            page.respond(&main(&view, &viewer, module))
         }
         Err(problem) => unknown(&viewer, &scene, &problem),
     }

@@ -6,8 +6,8 @@ use maud::Markup;
 use serde::Serialize;
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
-use super::live_page::LivePage;
 use crate::hub::{Hub, LINGER};
+use crate::live_page::LivePage;
 
 /// A rendered part: the identifier of its element, and the content.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -89,6 +89,11 @@ impl Default for Streams {
 }
 
 impl Streams {
+    /// The number of open streams.
+    pub(crate) fn open(&self) -> u64 {
+        (MOST - self.places.available_permits()) as u64
+    }
+
     /// A permit for a stream, unless the maximum is reached.
     pub(crate) fn place(&self) -> Option<OwnedSemaphorePermit> {
         Arc::clone(&self.places).try_acquire_owned().ok()

@@ -1,29 +1,53 @@
 //! The process: it serves pages at once and shows the state of the network connection.
 
 use std::fs::DirBuilder;
+use std::net::SocketAddr;
 use std::os::unix::fs::DirBuilderExt;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use observer::{Live, NetworkState};
+use session::Network;
 use shell::exit::Failure;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
+use truss::Structure;
+use vocabulary::{ModuleName, StructureName};
 
-use crate::access::{self, Access, AccessSettings};
-use crate::app::{App, Shared};
-use crate::config::WebConfig;
+use crate::access::{Access, AccessSettings};
+use crate::app::{App, Shared, router};
 use crate::drawing::LinkedDrawing;
-use crate::listener::Listener;
+use crate::listener::{Listener, PageAccess};
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
-use crate::router::router;
 
 /// Interval of status updates, each of which is a watchdog heartbeat.
 const EVERY: Duration = Duration::from_millis(250);
 /// Time for responses in progress at shutdown.
 const DRAINING: Duration = Duration::from_secs(2);
+
+/// Configuration of the web page.
+#[derive(Debug, Clone)]
+pub struct WebConfig {
+    /// The network to connect to.
+    pub network: Network,
+    /// The structure to show; otherwise all observed structures.
+    pub structure: Option<StructureName>,
+    /// Modules that should be running.
+    pub expected: Vec<ModuleName>,
+    /// The address of the page.
+    pub listen: SocketAddr,
+    /// Access to the page.
+    pub access: PageAccess,
+    /// The structure to draw.
+    pub drawing: Option<Structure>,
+    /// The directory for persistent state: one-time links.
+    pub state_dir: Option<PathBuf>,
+    /// Timeout for answers of modules.
+    pub timeout: Duration,
+}
 
 /// Serves the page until shutdown, with or without a network.
 ///
@@ -33,7 +57,7 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let supervisor = Supervisor::from_environment();
     make_state_directory(&config)?;
     let unserved = |error| Failure::running("the page is not served", error);
-    let listener = Listener::bind(&config.listener).await.map_err(unserved)?;
+    let listener = Listener::bind(config.listen, &config.access).await.map_err(unserved)?;
     let app = app(config, &supervisor, shutdown.clone());
     let outcome = serve_until_done(&app, &supervisor, listener, shutdown).await;
     if let Some(session) = app.observed.session() {
@@ -55,11 +79,11 @@ fn make_state_directory(config: &WebConfig) -> Result<(), Failure> {
 /// The shared state of request handlers. Opens the session in the background.
 pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown) -> Shared {
     let access = AccessSettings {
-        site: config.listener.site(),
-        require_sign_in: config.require_sign_in,
+        site: config.access.site(),
+        require_sign_in: config.access.require_sign_in,
         state: config.state_dir,
-        revoked: config.revoked,
-        read_only: access::read_only(&config.network),
+        revoked: config.access.revoked,
+        read_only: read_only(&config.network),
     };
     let WebConfig { network, structure, expected, drawing, timeout, .. } = config;
     let operator = network.operator();
@@ -79,13 +103,23 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
     })
 }
 
+/// Why this process may not send commands, if so: on a network with access control only operators may send commands, and the process has no
+/// operator's certificate.
+fn read_only(network: &Network) -> Option<String> {
+    let directory = network.tls.as_ref().filter(|_| network.operator().is_none())?;
+    Some(format!(
+        "This page is read-only: its network certificate in `{}` is not an operator's.",
+        directory.display()
+    ))
+}
+
 async fn serve_until_done(
     app: &Shared,
     supervisor: &Supervisor,
     listener: Listener,
     mut shutdown: Shutdown,
 ) -> Result<(), Failure> {
-    for address in listener.addresses() {
+    if let Ok(address) = listener.address() {
         tracing::info!("the page is at {}://{address}/", listener.scheme());
     }
     let mut serving = tokio::spawn(listener.serve(router(Arc::clone(app)), shutdown.clone()));
@@ -115,7 +149,7 @@ fn reason(ended: Result<(), tokio::task::JoinError>) -> String {
 
 fn status(app: &App) -> String {
     let scene = app.observed.scene();
-    let (modules, streams) = (scene.modules.len(), app.metrics.streams());
+    let (modules, streams) = (scene.modules.len(), app.streams.open());
     match &scene.network {
         NetworkState::Open => format!("{modules} modules, {streams} open pages"),
         NetworkState::CutOff(_) => "cut off from the network".to_owned(),
@@ -128,8 +162,8 @@ fn status(app: &App) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::listener::ListenerSettings;
     use crate::tests::server::{PageServer, Setup, WITHIN};
+    use pki::{Authority, Holder, Library, Lifetime};
     use shell::shutdown;
 
     /// Both the listener and the loop around it wait for the request to end, and either may be the first to see it.
@@ -138,13 +172,8 @@ mod tests {
         let page = PageServer::start(Setup::default()).await;
         let supervisor = Supervisor::from_environment();
         for _ in 0..3000 {
-            let settings = ListenerSettings {
-                listen: vec!["127.0.0.1:0".parse().unwrap()],
-                tls: None,
-                behind_proxy: None,
-                names: Vec::new(),
-            };
-            let listener = Listener::bind(&settings).await.unwrap();
+            let listen = "127.0.0.1:0".parse().unwrap();
+            let listener = Listener::bind(listen, &PageAccess::default()).await.unwrap();
             let (trigger, shutdown) = shutdown::pair();
             let serving = serve_until_done(&page.shared, &supervisor, listener, shutdown);
             let ending = async {
@@ -154,5 +183,21 @@ mod tests {
             let served = tokio::time::timeout(WITHIN, async { tokio::join!(serving, ending).0 });
             assert!(served.await.unwrap().is_ok());
         }
+    }
+
+    #[test]
+    fn only_an_operators_certificate_orders_where_there_are_certificates() {
+        let folder = tempfile::tempdir().unwrap();
+        let structure = "tower".parse().unwrap();
+        let authority = Authority::create(folder.path(), structure, Lifetime::of_days(30)).unwrap();
+        let network = |holder: &str| {
+            let holder: Holder = holder.parse().unwrap();
+            let place = Library::at(folder.path()).place_of(&holder);
+            authority.issue(&place, holder, &[], Lifetime::of_days(20)).unwrap();
+            Network { tls: Some(place), ..Network::default() }
+        };
+        assert_eq!(read_only(&network("operator.web")), None);
+        assert!(read_only(&network("observer.wall")).unwrap().contains("observer.wall"));
+        assert_eq!(read_only(&Network::default()), None);
     }
 }

@@ -32,15 +32,15 @@ impl<'a> LinkedScene<'a> {
         structure: Option<&StructureName>,
         path: &ComponentPath,
     ) -> String {
-        self.of(structure, format!("/component/{path}"))
+        self.link(structure, format!("/component/{path}"))
     }
 
     /// The link to a module's page.
     pub(crate) fn module(&self, structure: Option<&StructureName>, module: &ModuleName) -> String {
-        self.of(structure, format!("/module/{module}"))
+        self.link(structure, format!("/module/{module}"))
     }
 
-    fn of(&self, structure: Option<&StructureName>, path: String) -> String {
+    fn link(&self, structure: Option<&StructureName>, path: String) -> String {
         match structure {
             Some(structure) if self.several => format!("{path}?structure={structure}"),
             _ => path,

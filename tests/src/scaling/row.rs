@@ -158,7 +158,9 @@ impl Row {
     pub async fn observer(&self) -> Observer {
         let network = match self.setting.topology {
             Topology::Peers => Network::peer_of(&self.endpoints),
-            Topology::Star => Network::client_of(&self.endpoints),
+            Topology::Star => {
+                Network { mode: Some(session::Mode::Client), ..Network::peer_of(&self.endpoints) }
+            }
         };
         Observer::through(&network, self.structure.clone()).await
     }

@@ -12,15 +12,15 @@ use crate::output;
 
 /// Install the certificates of this computer's services
 ///
-/// Puts the three files of a directory that `trusswatch pki issue` has made where the service manager takes
-/// them from when it starts the holder's service: into /etc/credstore, for root alone. An older
-/// certificate of the same service is replaced.
+/// Copies the three files of a directory made by `trusswatch pki issue` to /etc/credstore, readable by root only. The
+/// service manager passes them to the holder's service at its start. An older certificate of the same service is
+/// replaced.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Directories of a module, the plant or a router
     #[arg(required = true, value_name = "DIRECTORY")]
     directories: Vec<PathBuf>,
-    /// Where the service manager takes credentials from
+    /// Directory from which the service manager loads credentials
     #[arg(long, value_name = "DIRECTORY", default_value = STORE)]
     store: PathBuf,
 }

@@ -32,19 +32,19 @@ pub(super) fn make_authority(arguments: &AuthorityArguments) -> Result<(), Failu
     Ok(())
 }
 
-/// Make keys and certificates; never over one that is there
+/// Make keys and certificates; never overwrites existing ones
 #[derive(Debug, clap::Args)]
 pub(super) struct IssueArguments {
     /// Holder: MODULE, plant, router.NAME, operator.NAME or observer.NAME
     #[arg(required = true, value_name = "HOLDER")]
     holders: Vec<Holder>,
-    /// IP address or DNS name that others connect to, of a single holder; may be repeated. Without any
-    /// the holder can connect to others, but others cannot connect to it
+    /// IP address or DNS name at which others connect to the holder, with a single holder; may be repeated. A holder
+    /// without addresses can connect to others, but others cannot connect to it
     #[arg(long = "address", value_name = "ADDRESS")]
     addresses: Vec<Address>,
     #[command(flatten)]
     place: CertificateDirectory,
-    /// Days until it has to be renewed; never beyond the authority's
+    /// Days of validity, at most to the authority's end
     #[arg(long, default_value_t = HOLDER_DAYS, value_parser = clap::value_parser!(u16).range(1..=825))]
     days: u16,
 }
@@ -53,7 +53,7 @@ pub(super) fn issue(arguments: &IssueArguments) -> Result<(), Failure> {
     let IssueArguments { holders, addresses, place, .. } = arguments;
     if holders.len() > 1 && !addresses.is_empty() {
         let right = "issue them one by one, each with its own `--address`";
-        return Err(Failure::usage(format!("holders have no address in common; {right}")));
+        return Err(Failure::usage(format!("`--address` with several holders; {right}")));
     }
     let authority = Authority::open(&place.directory)?;
     holders.iter().try_for_each(|holder| issue_one(holder, &authority, arguments))
@@ -76,8 +76,8 @@ fn issue_one(
 
 /// Give certificates a new lifetime; names, addresses and keys stay as they are
 ///
-/// Only `certificate.pem` is replaced, and only that has to be brought to the holder; its key need not
-/// even be here. The holder reads it at start; no other process has to be restarted.
+/// Replaces only `certificate.pem`, without needing the key; copy it to the holder. The holder reads it at start; no
+/// other process has to be restarted.
 #[derive(Debug, clap::Args)]
 pub(super) struct RenewArguments {
     /// Holders of the certificates
@@ -88,7 +88,7 @@ pub(super) struct RenewArguments {
     all: bool,
     #[command(flatten)]
     place: CertificateDirectory,
-    /// Days until they have to be renewed again; never beyond the authority's
+    /// Days of validity, at most to the authority's end
     #[arg(long, default_value_t = HOLDER_DAYS, value_parser = clap::value_parser!(u16).range(1..=825))]
     days: u16,
 }

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::table::{TextTable, WidthArguments, table};
 
-/// List certificates with their ends; exit code 1 if something is wrong with one
+/// List certificates with their expiry; exit code 1 if one has a problem
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     #[command(flatten)]
@@ -79,7 +79,7 @@ fn entry(
     let left = |read: &Certificate| (read.lifetime.until - pki::lifetime::now()).whole_days();
     let addresses = certificate.iter().flat_map(|read| &read.addresses);
     let mut problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
-    // Restored from a backup, for instance.
+    // For instance a file restored from a backup.
     if library.present(holder).is_some_and(|present| present < generations.of(holder.clone())) {
         let (file, place) = (identity.certificate.display(), library.place_of(holder));
         let right = format!("remove `{}` and issue `{holder}` again", place.display());

@@ -15,8 +15,8 @@ use pki::{Certificate, Identity, IssueError, Library};
 use crate::failure::Failure;
 
 const AFTER_HELP: &str = "\
-HOLDER is the name of a module, `plant`, `router.NAME`, `operator.NAME` or `observer.NAME`. A holder's \
-directory goes to the holder's computer, complete and unread by others; the authority's stays offline.";
+HOLDER is the name of a module, `plant`, `router.NAME`, `operator.NAME` or `observer.NAME`. Move a holder's \
+whole directory to the holder's computer over a private channel; keep the authority's offline.";
 
 /// Make certificates for modules, routers and people, and settings for access control
 #[derive(Debug, clap::Args)]
@@ -39,7 +39,7 @@ enum PkiCommand {
     Fleet(access::fleet::Arguments),
 }
 
-/// Where certificates are kept.
+/// The directory of certificates.
 #[derive(Debug, clap::Args)]
 struct CertificateDirectory {
     /// Directory of the authority and of every certificate that it has issued

@@ -16,10 +16,10 @@ const VARIABLE: &str = "TRUSSWATCH_P12_PASSWORD";
 
 /// Put a person's key and certificate into a file for browsers
 ///
-/// Writes HOLDER.p12 beside the directories of certificates, for the owner alone, sealed with a password:
-/// the first line of --password-file, or TRUSSWATCH_P12_PASSWORD. Without either one is made and printed. The person
-/// imports the file into the browser, and the browser shows the certificate to the web page. A renewed
-/// certificate needs a new file.
+/// Writes HOLDER.p12 beside the directories of certificates, readable by its owner only and encrypted with a password:
+/// the first line of --password-file, or TRUSSWATCH_P12_PASSWORD; otherwise a password is generated and printed. The
+/// person imports the file into the browser, which then presents the certificate to the web page. A renewed certificate
+/// needs a new file.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Person: operator.NAME or observer.NAME
@@ -27,7 +27,7 @@ pub(super) struct Arguments {
     holders: Vec<Holder>,
     #[command(flatten)]
     place: CertificateDirectory,
-    /// File with the password in its first line
+    /// File with the password on its first line
     #[arg(long, value_name = "FILE")]
     password_file: Option<PathBuf>,
 }

@@ -1,4 +1,4 @@
-//! `trusswatch pki revoke`: revokes the rights of a lost key.
+//! `trusswatch pki revoke`: revokes a certificate.
 
 use std::io::Write;
 use std::path::Path;
@@ -12,22 +12,22 @@ use super::{CertificateDirectory, summary};
 use crate::failure::Failure;
 use crate::output;
 
-/// Take the rights of a lost key: make another one, with a certificate of another name
+/// Revoke the certificate of a lost key, and make a new key with a certificate of another name
 ///
-/// Access control identifies a certificate by its name. The one that is made instead has the next generation in
-/// its name, e.g. `module1~2.tower`; the addresses stay as they are. The revoked certificate is kept in the
-/// directory `revoked`, without its key, and its name is never issued again. It has its rights until the new
-/// rules are in force: what is to be done for that is printed.
+/// Access control identifies a certificate by its name. The new certificate has the next generation in its name, e.g.
+/// `module1~2.tower`, and the same addresses. The revoked certificate is kept in the directory `revoked`, without its
+/// key, and its name is never issued again. It stays valid until the new rules are in force; the necessary steps are
+/// printed.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Holder of the lost key
     holder: Holder,
-    /// Make no other certificate: the holder does not come back
+    /// Make no new certificate: the holder is removed for good
     #[arg(long, conflicts_with = "days")]
     remove: bool,
     #[command(flatten)]
     place: CertificateDirectory,
-    /// Days until the new certificate has to be renewed; never beyond the authority's
+    /// Days of validity of the new certificate, at most to the authority's end
     #[arg(long, default_value_t = HOLDER_DAYS, value_parser = clap::value_parser!(u16).range(1..=825))]
     days: u16,
 }
@@ -57,9 +57,9 @@ fn next(arguments: &Arguments, revoked: &Revoked) -> String {
     let name = &revoked.name;
     let mut text = format!(
         "The lost key remains valid until these three steps are done:\n\
-         1. make the rules anew, for each router with the options that it had:\n\
+         1. generate the rules again, for each router with its former options:\n\
          \x20    trusswatch pki access STRUCTURE.toml --dir {directory} > router.json5\n\
-         2. bring them to the routers, or without a router to every peer\n\
+         2. copy them to the routers, or without a router to every peer\n\
          3. restart these; a router by\n\
          \x20    systemctl restart trusswatch-router"
     );
@@ -82,12 +82,12 @@ fn installation(holder: &Holder, directory: &Path) -> String {
     let place = directory.display();
     match Service::of(holder) {
         Some(service) => format!(
-            "Then bring {place} to the computer of {holder}, and there\n     \
+            "Then copy {place} to the computer of {holder}, and run there\n     \
              trusswatch pki install {holder} && rm -r {holder}\n     \
              systemctl restart {}",
             service.unit().trim_end_matches(".service")
         ),
-        None => format!("Then bring {place} to {holder}, in the place of the old directory."),
+        None => format!("Then send {place} to {holder}, to replace the old directory."),
     }
 }
 

@@ -82,7 +82,7 @@ impl DemoCourse {
     }
 
     /// Whether every module has passed the end of the last story.
-    pub(super) fn is_over(&self) -> bool {
+    pub(super) fn has_ended(&self) -> bool {
         let end = self.acts.last().map_or(Step(0), |act| act.over);
         self.modules.values().all(|module| module.step >= end)
     }
@@ -133,8 +133,8 @@ impl DemoCourse {
             known.verified = status.verified;
         }
         let now = self.modules.values().map(|module| module.step).max();
-        self.time_is(now.unwrap_or_default(), events);
-        self.look_at_comparisons(events);
+        self.advance(now.unwrap_or_default(), events);
+        self.report_comparison(events);
     }
 
     /// Handles the plant's status.
@@ -147,7 +147,7 @@ impl DemoCourse {
     }
 
     /// Advances the time and reports the injections and repairs that are due.
-    fn time_is(&mut self, step: Step, events: &mut Vec<DemoEvent>) {
+    fn advance(&mut self, step: Step, events: &mut Vec<DemoEvent>) {
         let seconds = |step: Step| (step.0 as f64 * self.timing.step_s) as u64;
         let of_step = Step(self.timing.warm_up);
         let before = self.now;
@@ -162,7 +162,7 @@ impl DemoCourse {
 
     /// Reports once how many components agree with their references, after every module has compared some and before
     /// any fault.
-    fn look_at_comparisons(&mut self, events: &mut Vec<DemoEvent>) {
+    fn report_comparison(&mut self, events: &mut Vec<DemoEvent>) {
         let modules = || self.modules.values();
         if self.compared || modules().any(|module| !module.in_service || module.verified == 0) {
             return;
@@ -177,7 +177,7 @@ impl DemoCourse {
     fn transition(&mut self, transition: &FaultTransition, events: &mut Vec<DemoEvent>) {
         let measured = StateRow::of_component(transition).measured;
         let step = measured.decided_step.unwrap_or(self.now);
-        self.time_is(step, events);
+        self.advance(step, events);
         if transition.state() == FaultState::Latched {
             self.named.entry(transition.component.clone()).or_insert(measured);
         }
@@ -190,7 +190,7 @@ impl DemoCourse {
     /// A kind counts, and is reported, if it was decided while the fault was present and differs from the previous one.
     fn identification(&mut self, found: &Identification, events: &mut Vec<DemoEvent>) {
         let step = found.as_of_step;
-        self.time_is(step, events);
+        self.advance(step, events);
         let act = self.acts.iter().find(|act| act.component == found.component);
         let Some(kind) = found.kind().filter(|_| act.is_some_and(|act| step < act.repaired)) else {
             return;
@@ -331,12 +331,12 @@ mod tests {
     }
 
     #[test]
-    fn the_demo_is_over_when_the_slowest_module_is_through() {
+    fn the_demo_ends_after_the_slowest_module() {
         let mut course = course();
         seen(&mut course, &[("m1", 1900, 0), ("m2", 1899, 0)]);
-        assert!(!course.is_over());
+        assert!(!course.has_ended());
         seen(&mut course, &[("m2", 1900, 0)]);
-        assert!(course.is_over());
+        assert!(course.has_ended());
     }
 
     #[test]

@@ -190,7 +190,7 @@ async fn listen(
         if now != seen {
             (deadline, seen) = (Instant::now() + MOVE_WITHIN, now);
         }
-        if course.is_over() {
+        if course.has_ended() {
             end.get_or_insert_with(|| Instant::now() + STRAGGLERS);
         }
         for event in events {
@@ -203,7 +203,7 @@ fn stalled(course: &DemoCourse) -> Failure {
     let (missing, seconds) = (course.missing().join(", "), MOVE_WITHIN.as_secs());
     if missing.is_empty() {
         let step = course.now();
-        return Failure::runtime(format!("nothing moved beyond step {step} for {seconds} s"));
+        return Failure::runtime(format!("no progress beyond step {step} for {seconds} s"));
     }
     still_waiting(&missing)
 }

@@ -42,13 +42,13 @@ impl DemoSetup {
     /// Writes the configurations.
     pub(super) fn set_up(speed: Speed, seed: u64) -> Result<DemoSetup, Failure> {
         let own = std::env::current_exe().map_err(|error| {
-            Failure::runtime(format!("cannot find out where this program is: {error}"))
+            Failure::runtime(format!("cannot locate this program's file: {error}"))
         })?;
         let beside_it = own.parent().unwrap_or(Path::new("."));
         let [plant, diagnoser] = ["trusswatch-plant", "trusswatch-diagnoser"];
         let (plant, diagnoser) = (beside(beside_it, plant)?, beside(beside_it, diagnoser)?);
         let directory = temporary_directory("trusswatch-demo-")?;
-        let no_port = |error| Failure::network(format!("nowhere to listen on 127.0.0.1: {error}"));
+        let no_port = |error| Failure::network(format!("no free port on 127.0.0.1: {error}"));
         let [own, at_plant, first, second] = session::loopback::endpoints().map_err(no_port)?;
         let endpoints = vec![at_plant, first, second];
         let place = directory.path();

@@ -23,7 +23,7 @@ fn none(scene: &Scene, mention: &Mention) -> Failure {
     let mut named = scene.modules.iter().filter(named).peekable();
     if named.peek().is_none() {
         let module = mention.module.as_ref().map_or_else(String::new, ToString::to_string);
-        return Failure::network(format!("`{module}` is not there"));
+        return Failure::network(format!("no module `{module}` was seen"));
     }
     match named.find(|module| !module.answers()) {
         Some(silent) => Failure::network(format!(
@@ -93,12 +93,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_there_is_told_apart_from_what_does_not_answer() {
+    fn an_unknown_component_differs_from_one_that_does_not_answer() {
         let expected = Failure::runtime("`m1` has no component `sensor/g9`");
         assert_eq!(failure(&tower(), "m1/sensor/g9"), expected);
         let expected = Failure::runtime("no module has a component `sensor/g9`");
         assert_eq!(failure(&tower(), "sensor/g9"), expected);
-        assert_eq!(failure(&tower(), "m3/sensor/g1"), Failure::network("`m3` is not there"));
+        assert_eq!(failure(&tower(), "m3/sensor/g1"), Failure::network("no module `m3` was seen"));
         let mut scene = tower();
         scene.modules.push(mute("m3", Some("m1")));
         let expected = "m3 does not answer; its components are unknown";

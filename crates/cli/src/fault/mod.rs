@@ -21,7 +21,7 @@ use crate::{order, output};
 use finding::find;
 use report::{USUAL_WIDTH, report};
 
-/// Look at the fault of one component; shelve alarms, or suppress those of a module
+/// Show the fault of a component; shelve its alarm, or suppress the alarms of a module
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -43,13 +43,13 @@ Examples:
   trusswatch fault show sensor/g3 --connect tcp/127.0.0.1:7447
   trusswatch fault show sensor/g3 --svg g3.svg --connect tcp/127.0.0.1:7447";
 
-/// Show what kind of fault a component has, and how large it is
+/// Show the kind and size of a component's fault
 ///
-/// Asks the component's diagnoser for its state and for the latest identification: the kind of fault with its
-/// probability and its size with a 95 % interval, or the contenders as long as it is not decided. Below is what was
-/// measured around the onset of the fault, and what the most probable kind makes of it. Then follows the freeze frame:
-/// what the diagnoser measured and computed of the component from two seconds before the fault to two seconds after it
-/// was latched. Exit code 1 if the component does not exist or has no freeze frame to write to a file; 4 if its
+/// Queries the component's diagnoser for its state and for the latest identification: the kind of fault with its
+/// probability and its size with a 95 % interval, or the contenders until the evidence decides. The measured signal
+/// around the onset of the fault is shown with the prediction of the most probable kind. The freeze frame follows:
+/// measured and computed values of the component from two seconds before the onset to two seconds after the fault was
+/// latched. Exit code 1 if the component does not exist or has no freeze frame to write to a file; 4 if its
 /// diagnoser does not answer.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
@@ -86,7 +86,7 @@ type FoundFrame = Option<Result<FreezeFrame, String>>;
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
     let link = &arguments.link.target()?;
     let (state, frame) =
-        link.with_session(async |session| look(session, link, &arguments.component).await)?;
+        link.with_session(async |session| query(session, link, &arguments.component).await)?;
     let component = &state.component;
     if let Some(file) = &arguments.svg {
         write(file, figure::freeze_frame::svg(latched_frame(component, &frame)?).as_bytes())?;
@@ -133,7 +133,7 @@ fn write(file: &Path, contents: &[u8]) -> Result<(), Failure> {
 }
 
 /// The component's state, including the signature in its identification, and its freeze frame.
-async fn look(
+async fn query(
     session: &Session,
     link: &LinkTarget,
     component: &Mention,

@@ -38,7 +38,7 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
     let signature = identification.and_then(|identification| identification.signature.as_ref());
     let drawing = match signature {
         Some(signature) => drawing(signature, width.unwrap_or(USUAL_WIDTH), paint),
-        None => "nothing measured is kept any more\n".to_owned(),
+        None => "no measurements are kept any more\n".to_owned(),
     };
     format!("{text}\n\n{drawing}")
 }
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_decided_fault_is_told_with_size_and_interval() {
+    fn a_decided_fault_is_shown_with_size_and_interval() {
         let drift = sized(FaultKind::Drift, 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
         let found = identified(true, vec![bias(0.9873), drift]);
         let expected = "  m1/sensor/g2   of tower
@@ -146,13 +146,13 @@ mod tests {
   contenders     1.3 %: drift of +90.0 µm/s (89.5 to 90.5)
   identified     as of step 142, 1970-01-01T00:00:01.100Z
 
-nothing measured is kept any more";
+no measurements are kept any more";
         let text = text(&found, None);
         assert_eq!(text, expected, "\n{text}");
     }
 
     #[test]
-    fn as_long_as_it_is_not_decided_there_are_contenders() {
+    fn an_undecided_fault_is_shown_with_contenders() {
         let drift = sized(FaultKind::Drift, 0.4, [8.95e-5, 9e-5, 9.05e-5]);
         let text = text(&identified(false, vec![bias(0.6), drift]), None);
         for line in [
@@ -166,12 +166,12 @@ nothing measured is kept any more";
     }
 
     #[test]
-    fn what_fits_nothing_and_what_was_not_identified_are_told_apart() {
+    fn an_unknown_kind_differs_from_a_missing_identification() {
         let nothing_fits = text(&identified(false, Vec::new()), None);
         assert!(nothing_fits.contains("kind           could not be identified"), "{nothing_fits}");
         let unidentified = text(&fault(None), None);
         assert!(unidentified.contains("kind           not identified\n"), "{unidentified}");
-        assert!(unidentified.ends_with("nothing measured is kept any more"), "{unidentified}");
+        assert!(unidentified.ends_with("no measurements are kept any more"), "{unidentified}");
     }
 
     #[test]
@@ -207,7 +207,7 @@ nothing measured is kept any more";
     }
 
     #[test]
-    fn of_a_component_without_a_declared_fault_the_state_is_told_and_not_that_it_has_none() {
+    fn a_component_without_declared_fault_is_shown_with_its_state() {
         let normal = text(&state("m1/sensor/g1", FaultState::Normal), None);
         assert_eq!(normal, "m1/sensor/g1 of tower, no fault declared: normal, not verified");
         let explained = FaultTransition {

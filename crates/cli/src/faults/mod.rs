@@ -18,25 +18,24 @@ use crate::table::WidthArguments;
 
 /// Show present faults and the condition of every module
 ///
-/// Asks every diagnoser for the state of its components and shows those that are other than normal, or whose alarm is
-/// shelved or suppressed: by whom, why and until when.
-/// Components of a module that does not monitor them, because no samples come or for another reason, are
-/// unknown. Modules that are expected, or that another module names as its peer, and do not answer are shown as
-/// not answering: nothing is known of their components. Of several structures, each has a line in a table, the most
-/// urgent first, and those in which all is well have nothing else.
+/// Queries every diagnoser for the state of its components and shows those that are not normal or whose alarm is
+/// shelved or suppressed, with operator, reason and end. Components that their module does not monitor, for instance
+/// because samples are missing, are unknown. A module that is expected, or that another module names as its peer, is
+/// shown as not answering if it does not answer; the states of its components are then unknown. Several structures are
+/// listed in a table, the most urgent first; a structure in which all is well has no further output.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Show every component, normal ones too, and every structure
     #[arg(long)]
     all: bool,
-    /// Modules that should be there
+    /// Modules that should be present
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
     /// End with exit code 1 unless all is well: every module is one process that answers, is in service and writes its
-    /// journal, and no component is latched, acknowledged, unconfirmed or unknown. Components whose alarm is shelved or suppressed do not
-    /// count, nor does it that a module is not in service while all its components are suppressed; one that does not answer
-    /// counts. Behind a gateway, which passes no statuses on, every
-    /// module has to be named by `--expect`, with its `--structure`: no peer names one that is down
+    /// journal, and no component is latched, acknowledged, unconfirmed or unknown. Components whose alarm is shelved or
+    /// suppressed do not count, and a module with all components suppressed need not be in service, but must answer. A
+    /// gateway does not forward statuses, by which peers name each other; behind one, name every module with `--expect`
+    /// and the structure with `--structure`
     #[arg(long)]
     exit_code: bool,
     /// Print one JSON object

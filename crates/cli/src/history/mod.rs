@@ -17,11 +17,11 @@ use crate::paint::Paint;
 use crate::table::WidthArguments;
 use reading::JournalReading;
 
-/// Show what the modules' journals hold: every transition of every component, and what kinds of faults they are
+/// Show the modules' journals: every transition of every component, and the identified kinds of faults
 ///
-/// Reads the journals over the network and merges them by time, or by the steps that the modules count together
-/// if their clocks contradict these. Notes such clocks, modules that do not answer,
-/// journals that no longer reach back to their beginning, and transitions that are missing.
+/// Reads the journals over the network and merges them by time, or by the modules' common step count where clocks
+/// contradict it. Reports such clocks, modules that do not answer, journals whose oldest entries were deleted, and
+/// missing transitions.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Only these modules
@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     /// Only these components, e.g. `module1/sensor/g2`
     #[arg(long = "component", value_name = "COMPONENT", num_args = 1.., value_delimiter = ',')]
     components: Vec<ComponentPath>,
-    /// Only from this time on: in UTC, e.g. `2026-11-21T10:00:00Z`, or ago, e.g. `2h`
+    /// Only from this time on: UTC, e.g. `2026-11-21T10:00:00Z`, or a duration before now, e.g. `2h`
     #[arg(long, value_name = "TIME", value_parser = time)]
     since: Option<u64>,
     /// Only up to this time
@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     /// Only from this sequence number of each module on
     #[arg(long, value_name = "SEQ", default_value_t = 1)]
     from: u64,
-    /// Only the latest N of those
+    /// Only the latest N selected entries
     #[arg(long, value_name = "N")]
     limit: Option<usize>,
     /// Print one JSON object

@@ -50,7 +50,7 @@ impl JournalReading {
         silent.chain(self.histories.iter().flat_map(ModuleHistory::notes))
     }
 
-    fn take(&mut self, history: ModuleHistory) {
+    fn add(&mut self, history: ModuleHistory) {
         if history.answered() {
             self.histories.push(history);
             return;
@@ -76,7 +76,7 @@ pub(super) async fn read(
     let mut tasks = JoinSet::new();
     for (module, structures) in modules_to_query(session, link, named).await? {
         if structures.is_empty() {
-            let reason = format!("not there (looked for {:?})", link.timeout);
+            let reason = format!("not seen (waited {:?})", link.timeout);
             reading.silent.push(SilentModule { structure: link.structure.clone(), module, reason });
             continue;
         }
@@ -90,7 +90,7 @@ pub(super) async fn read(
     while let Some(done) = tasks.join_next().await {
         let history =
             done.map_err(|error| Failure::runtime(format!("a journal was not read: {error}")))?;
-        reading.take(history);
+        reading.add(history);
     }
     let place =
         |structure: &StructureName, module: &ModuleName| (structure.clone(), module.clone());

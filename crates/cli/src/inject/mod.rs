@@ -21,15 +21,15 @@ Examples:
 
 /// Give a component of the simulated plant a fault, or repair it
 ///
-/// The fault takes the place of any that the component has, and stays until it is repaired. Exit code 1 if
-/// the plant refuses, and 4 if it does not answer: then the fault may or may not be there.
+/// The fault replaces any other fault of the component and stays until it is repaired. Exit code 1 if
+/// the plant refuses, and 4 if it does not answer: then the fault may or may not be present.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Component, e.g. `module1/sensor/g2`
     #[arg(value_name = "COMPONENT")]
     component: Mention,
-    /// Its fault
+    /// Kind of fault
     #[arg(
         value_name = "FAULT", value_parser = parameters::kinds(),
         required_unless_present = "repair", conflicts_with = "repair"
@@ -37,10 +37,10 @@ pub(crate) struct Arguments {
     kind: Option<FaultKind>,
     #[command(flatten)]
     parameters: FaultParameters,
-    /// Take the component's fault away
+    /// Remove the component's fault
     #[arg(long)]
     repair: bool,
-    /// From this step of the plant on; without it, from the next
+    /// First step of the plant with the fault [default: the next]
     #[arg(long, value_name = "STEP")]
     at_step: Option<u64>,
     /// Print one JSON object

@@ -16,17 +16,16 @@ use crate::output;
 
 /// Make diagnosers and plants clients of a router, by TLS
 ///
-/// Changes the table `[network]` of their configurations and nothing else; the certificates are those that
-/// `trusswatch pki install` has given the services. A configuration that would not be valid is left as it
-/// is.
+/// Changes only the table `[network]` of their configurations; the services use the certificates that
+/// `trusswatch pki install` has installed. A configuration that would become invalid is not changed.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
-    /// The router, e.g. `tls/192.0.2.10:7447`
+    /// Endpoint of the router, e.g. `tls/192.0.2.10:7447`
     router: String,
     /// Configurations of diagnosers and plants
     #[arg(required = true)]
     files: Vec<PathBuf>,
-    /// Directory of the certificate instead, as `trusswatch pki issue` makes it
+    /// Directory of a certificate made by `trusswatch pki issue` [default: the installed certificate]
     #[arg(long, value_name = "DIRECTORY")]
     tls: Option<PathBuf>,
 }
@@ -51,7 +50,7 @@ fn join(file: &Path, arguments: &Arguments) -> Result<PathBuf, Failure> {
         _ => {
             let right = "only diagnosers and plants connect to a router";
             return Err(Failure::input(format!(
-                "{}: is neither of these; {right}",
+                "{}: not the configuration of a diagnoser or a plant; {right}",
                 file.display()
             )));
         }

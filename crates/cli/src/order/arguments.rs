@@ -1,4 +1,4 @@
-//! What commands to the diagnosers take.
+//! Arguments of the commands that operators send to diagnosers.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use crate::link::{Link, seconds};
 ///
 /// The component stays faulty; who acknowledged it and when is recorded in the module's
 /// journal. Exit code 1 if a diagnoser refuses, 4 if one does not answer: then the command may or
-/// may not have been carried out; check with `trusswatch faults`. Exit code 5 if it was carried out, but the
-/// module's disk has not got it: then a restart may forget it.
+/// may not have been carried out; check with `trusswatch faults`. Exit code 5 if it was carried out but not
+/// saved to the module's disk: a restart may lose it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct AcknowledgeArguments {
     #[command(flatten)]
@@ -20,18 +20,18 @@ pub(crate) struct AcknowledgeArguments {
 
 /// Reset a repaired component and resume monitoring
 ///
-/// A diagnoser refuses as long as the evidence of the fault is still there, unless it is forced. Exit
+/// Unless --force is given, a diagnoser refuses while the evidence of the fault persists. Exit
 /// code 1 if a diagnoser refuses, 4 if one does not answer: then the command may or may not have been
-/// carried out; check with `trusswatch faults`. Exit code 5 if it was carried out, but the module's disk has
-/// not got it: then a restart may forget it.
+/// carried out; check with `trusswatch faults`. Exit code 5 if it was carried out but not saved to the
+/// module's disk: a restart may lose it.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ResetArguments {
     #[command(flatten)]
     pub(super) orders: ComponentsFlags,
-    /// Reset even though the evidence is still there
+    /// Reset although the evidence persists
     #[arg(long)]
     pub(super) force: bool,
-    /// Reset a component that was replaced: what it measures now is right, and its reference is shifted by that
+    /// Reset a component that was replaced: its present reading is taken as correct, and its reference is shifted by the difference
     #[arg(long, conflicts_with = "force")]
     pub(super) re_tare: bool,
     /// Longest time to retry while a diagnoser refuses [s]
@@ -39,23 +39,23 @@ pub(crate) struct ResetArguments {
     pub(super) wait: Option<Duration>,
 }
 
-/// What those take that are about components.
+/// Arguments of commands for components.
 #[derive(Debug, clap::Args)]
 pub(super) struct ComponentsFlags {
     /// Components, e.g. `module1/sensor/g2`
     #[arg(required = true, value_name = "COMPONENT")]
     pub(super) components: Vec<ComponentPath>,
-    /// Why
+    /// Reason, recorded with the command
     #[arg(long, value_name = "TEXT")]
     pub(super) note: Option<String>,
     #[command(flatten)]
     pub(super) issuer: IssuerFlags,
 }
 
-/// What every command takes.
+/// Arguments of every command.
 #[derive(Debug, clap::Args)]
 pub(super) struct IssuerFlags {
-    /// Who issued the command, where no operator's certificate says so [default: the user and this machine, USER@HOST]
+    /// Name of the person who issues the command, if no operator's certificate is used [default: USER@HOST]
     #[arg(long, value_name = "WHO")]
     pub(super) by: Option<String>,
     /// Print one JSON object
@@ -67,10 +67,10 @@ pub(super) struct IssuerFlags {
 
 /// Shelve the alarms of components for a time
 ///
-/// The component is diagnosed as before, and what it shows still explains what others show; but its alarm does not count:
-/// for `trusswatch faults --exit-code`, in the alerting rules, on the page. Who shelved it, why and until when is shown
-/// beside its state. It ends by itself, with an event; both are in the module's journal, and a restart changes nothing.
-/// A component that is shelved already is shelved anew. Exit codes as for `trusswatch ack`.
+/// Diagnosis of the component continues, but its alarm does not count for `trusswatch faults --exit-code`, in the
+/// alerting rules and on the page. The operator, the reason and the end are shown beside its state. Shelving ends by
+/// itself, with an event; the module's journal records start and end, and shelving survives a restart. Shelving a
+/// component again replaces reason and end. Exit codes as for `trusswatch ack`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ShelveArguments {
     /// Components, e.g. `module1/sensor/g2`
@@ -84,7 +84,7 @@ pub(crate) struct ShelveArguments {
 
 /// End the shelving of components
 ///
-/// A diagnoser refuses for what is not shelved. Exit codes as for `trusswatch ack`.
+/// A diagnoser refuses if the component is not shelved. Exit codes as for `trusswatch ack`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct UnshelveArguments {
     #[command(flatten)]
@@ -93,9 +93,9 @@ pub(crate) struct UnshelveArguments {
 
 /// Suppress the alarms of a whole module while it is maintained
 ///
-/// Like `trusswatch fault shelve` for every component of the module; besides, it does not count that the module is not in
-/// service, as long as its diagnoser answers. A module that is suppressed already is suppressed anew, and components that
-/// are shelved as well stay so. Exit codes as for `trusswatch ack`.
+/// Like `trusswatch fault shelve` for every component of the module. While its diagnoser answers, a suppressed module also
+/// need not be in service. Suppressing a module again replaces reason and end; shelved components stay shelved. Exit codes
+/// as for `trusswatch ack`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct SuppressArguments {
     /// Module
@@ -115,20 +115,20 @@ pub(crate) struct UnsuppressArguments {
     /// Module
     #[arg(value_name = "MODULE")]
     pub(super) module: ModuleName,
-    /// Why
+    /// Reason, recorded with the command
     #[arg(long, value_name = "TEXT")]
     pub(super) note: Option<String>,
     #[command(flatten)]
     pub(super) issuer: IssuerFlags,
 }
 
-/// How long, and why.
+/// Duration and reason of shelving or suppression.
 #[derive(Debug, clap::Args)]
 pub(super) struct SetAsideFlags {
-    /// For how long, e.g. `2h`, `90m` or `1h 30m`; from 1s to 31days
+    /// Duration, e.g. `2h`, `90m` or `1h 30m`; from 1s to 31days
     #[arg(long = "for", value_name = "TIME", value_parser = shelving_seconds)]
     pub(super) for_s: u64,
-    /// Why
+    /// Reason, shown with the alarm
     #[arg(long, value_name = "TEXT")]
     pub(super) reason: String,
 }
@@ -147,7 +147,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_time_is_read_as_people_write_it_and_must_end_in_a_month() {
+    fn a_duration_has_units_and_at_most_31_days() {
         for (text, expected) in
             [("2h", 7200), ("90m", 5400), ("1h 30m", 5400), ("31days", 2_678_400), ("1s", 1)]
         {

@@ -1,16 +1,13 @@
 //! Sends the commands one after the other, and reports their outcomes.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt;
 use std::time::Duration;
 
-use observer::{OrderOutcome, OrderRequest};
+use observer::{OrderOutcome, OrderRequest, order_subject};
 use serde_json::{Value, json};
 use tokio::time::{Instant, sleep};
 use vocabulary::words::done;
-use vocabulary::{
-    ComponentPath, Mention, ModuleName, OperatorName, Order, OrderKind, StructureName, printable,
-};
+use vocabulary::{ModuleName, OperatorName, Order, OrderKind, StructureName, printable};
 use zenoh::Session;
 
 use crate::failure::Failure;
@@ -21,48 +18,12 @@ use crate::paint::{Colour, Paint};
 /// Pause before a refused command is repeated.
 const AGAIN_AFTER: Duration = Duration::from_millis(200);
 
-/// The subject of an order: a component, or a module with all its components.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum OrderSubject {
-    Component(ComponentPath),
-    Module(ModuleName),
-}
-
-impl OrderSubject {
-    fn module(&self) -> &ModuleName {
-        match self {
-            OrderSubject::Component(path) => &path.module,
-            OrderSubject::Module(module) => module,
-        }
-    }
-
-    fn component(&self) -> Option<&ComponentPath> {
-        match self {
-            OrderSubject::Component(path) => Some(path),
-            OrderSubject::Module(_) => None,
-        }
-    }
-
-    /// The component as named in the order.
-    pub(super) fn mention(&self) -> Option<Mention> {
-        self.component().map(|path| path.component.clone().into())
-    }
-}
-
-impl fmt::Display for OrderSubject {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            OrderSubject::Component(path) => path.fmt(f),
-            OrderSubject::Module(module) => module.fmt(f),
-        }
-    }
-}
-
-/// A command and its outcome.
+/// A command, the module that it is sent to, and its outcome.
 #[derive(Debug)]
 pub(super) struct CommandOutcome<'a> {
     structure: Option<StructureName>,
-    subject: &'a OrderSubject,
+    module: &'a ModuleName,
+    order: &'a Order,
     outcome: OrderOutcome,
 }
 
@@ -71,21 +32,21 @@ pub(super) async fn carry_out<'a>(
     session: &Session,
     target: &LinkTarget,
     (kind, operator): (OrderKind, Option<&OperatorName>),
-    orders: &'a [(OrderSubject, Order)],
+    orders: &'a [(ModuleName, Order)],
     wait: Option<Duration>,
 ) -> Result<Vec<CommandOutcome<'a>>, Failure> {
-    let homes = homes(session, target, orders.iter().map(|(subject, _)| subject.module())).await?;
+    let homes = homes(session, target, orders.iter().map(|(module, _)| module)).await?;
     let timeout = target.timeout;
     // One time limit for all: the second command's wait overlaps the first one's.
     let until = wait.map(|wait| Instant::now() + wait);
     let mut outcomes = Vec::new();
-    for (subject, order) in orders {
-        let structure = homes.get(subject.module()).cloned();
+    for (module, order) in orders {
+        let structure = homes.get(module).cloned();
         let outcome = match &structure {
             Some(structure) => {
                 let request = OrderRequest {
                     structure: structure.clone(),
-                    module: subject.module().clone(),
+                    module: module.clone(),
                     kind,
                     operator: operator.cloned(),
                     order: order.clone(),
@@ -103,11 +64,11 @@ pub(super) async fn carry_out<'a>(
                 }
             }
             None => {
-                let why = format!("its diagnoser is not there (looked for {timeout:?})");
+                let why = format!("its diagnoser was not seen (waited {timeout:?})");
                 OrderOutcome::not_sent(&why)
             }
         };
-        outcomes.push(CommandOutcome { structure, subject, outcome });
+        outcomes.push(CommandOutcome { structure, module, order, outcome });
     }
     Ok(outcomes)
 }
@@ -128,7 +89,7 @@ async fn homes(
             let names: Vec<String> = structures.iter().map(|name| format!("`{name}`")).collect();
             let names = names.join(" and ");
             return Err(Failure::usage(format!(
-                "`{module}` is there in {names}; say which with --structure"
+                "`{module}` exists in {names}; select one with --structure"
             )));
         }
         homes.extend(structures.pop_first().map(|structure| (module, structure)));
@@ -138,33 +99,32 @@ async fn homes(
 
 /// The JSON document of the outcomes.
 pub(super) fn document(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> Value {
-    let order = |CommandOutcome { structure, subject, outcome }: &CommandOutcome<'_>| {
+    let command = |CommandOutcome { structure, module, order, outcome }: &CommandOutcome<'_>| {
         let fields = json!({
             "structure": structure,
-            "module": subject.module(),
+            "module": module,
             // `null` for an order about a module.
-            "component": subject.component(),
+            "component": order.component.as_ref().map(|_| order_subject(module, order)),
             "order": kind,
             "by": by,
         });
         output::with(outcome.clone(), fields)
     };
-    json!({ "orders": outcomes.iter().map(order).collect::<Vec<_>>() })
+    json!({ "orders": outcomes.iter().map(command).collect::<Vec<_>>() })
 }
 
 /// In readable form, a line for each command carried out; the others are reported as errors.
 pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> String {
     let (what, paint) = (done(kind), Paint::of_stdout());
-    let line = |CommandOutcome { subject, outcome, .. }: &CommandOutcome<'_>| {
+    let line = |CommandOutcome { module, order, outcome, .. }: &CommandOutcome<'_>| {
         let OrderOutcome::Obeyed { state, sequence, .. } = outcome else { return None };
-        // The state of one of its components.
-        let now = match subject {
-            OrderSubject::Component(_) if kind.is_about_verdict() => {
-                format!("now {state}, transition {sequence}")
-            }
-            OrderSubject::Component(_) => format!("transition {sequence}"),
-            OrderSubject::Module(_) => format!("up to transition {sequence}"),
+        let now = match order.component {
+            Some(_) if kind.is_about_verdict() => format!("now {state}, transition {sequence}"),
+            Some(_) => format!("transition {sequence}"),
+            // The state is that of one of the module's components.
+            None => format!("up to transition {sequence}"),
         };
+        let subject = order_subject(module, order);
         let line = format!("{what:<12} {subject} by {}: {now}", printable(by));
         Some(paint.in_colour(Colour::Green, &line) + "\n")
     };
@@ -175,11 +135,11 @@ pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str)
 /// and both take precedence over commands that were carried out but not saved.
 pub(super) fn conclude(outcomes: &[CommandOutcome<'_>], kind: OrderKind) -> Result<(), Failure> {
     let (mut complaints, mut is_unheard, mut is_refused) = (Vec::new(), false, false);
-    for CommandOutcome { subject, outcome, .. } in outcomes {
+    for CommandOutcome { module, order, outcome, .. } in outcomes {
         if outcome.is_done() {
             continue;
         }
-        let mut words = outcome.words(kind, &subject.to_string());
+        let mut words = outcome.words(kind, &order_subject(module, order));
         match outcome {
             OrderOutcome::Unanswered { .. } => {
                 is_unheard = true;

@@ -6,7 +6,7 @@ mod carry_out;
 
 use std::time::Duration;
 
-use vocabulary::{OperatorName, Order, OrderKind};
+use vocabulary::{ComponentPath, ModuleName, OperatorName, Order, OrderKind};
 
 use crate::failure::Failure;
 use crate::output;
@@ -15,45 +15,48 @@ pub(crate) use arguments::{
     UnsuppressArguments,
 };
 use arguments::{ComponentsFlags, IssuerFlags, SetAsideFlags};
-use carry_out::{OrderSubject, carry_out};
+use carry_out::carry_out;
 
 /// Runs `trusswatch ack`.
 pub(crate) fn acknowledge(arguments: &AcknowledgeArguments) -> Result<(), Failure> {
-    give_each(OrderKind::Acknowledge, &arguments.orders, Order::default(), None)
+    let ComponentsFlags { components, note, issuer } = &arguments.orders;
+    let order = Order { note: note.clone(), ..Order::default() };
+    send_each(OrderKind::Acknowledge, components, order, None, issuer)
 }
 
 /// Runs `trusswatch reset`.
 pub(crate) fn reset(arguments: &ResetArguments) -> Result<(), Failure> {
     let ResetArguments { orders, force, re_tare, wait } = arguments;
-    let order = Order { force: *force, re_tare: *re_tare, ..Order::default() };
-    give_each(OrderKind::Reset, orders, order, *wait)
+    let ComponentsFlags { components, note, issuer } = orders;
+    let (note, force, re_tare) = (note.clone(), *force, *re_tare);
+    let order = Order { note, force, re_tare, ..Order::default() };
+    send_each(OrderKind::Reset, components, order, *wait, issuer)
 }
 
 /// Runs `trusswatch fault shelve`.
 pub(crate) fn shelve(arguments: &ShelveArguments) -> Result<(), Failure> {
     let ShelveArguments { components, set_aside, issuer } = arguments;
-    let subjects = components.iter().cloned().map(OrderSubject::Component).collect();
-    give(OrderKind::Shelve, subjects, set_aside.order(), None, issuer)
+    send_each(OrderKind::Shelve, components, set_aside.order(), None, issuer)
 }
 
 /// Runs `trusswatch fault unshelve`.
 pub(crate) fn unshelve(arguments: &UnshelveArguments) -> Result<(), Failure> {
-    give_each(OrderKind::Unshelve, &arguments.orders, Order::default(), None)
+    let ComponentsFlags { components, note, issuer } = &arguments.orders;
+    let order = Order { note: note.clone(), ..Order::default() };
+    send_each(OrderKind::Unshelve, components, order, None, issuer)
 }
 
 /// Runs `trusswatch fault suppress`.
 pub(crate) fn suppress(arguments: &SuppressArguments) -> Result<(), Failure> {
     let SuppressArguments { module, set_aside, issuer } = arguments;
-    let subjects = vec![OrderSubject::Module(module.clone())];
-    give(OrderKind::Suppress, subjects, set_aside.order(), None, issuer)
+    send(OrderKind::Suppress, vec![(module.clone(), set_aside.order())], None, issuer)
 }
 
 /// Runs `trusswatch fault unsuppress`.
 pub(crate) fn unsuppress(arguments: &UnsuppressArguments) -> Result<(), Failure> {
     let UnsuppressArguments { module, note, issuer } = arguments;
-    let subjects = vec![OrderSubject::Module(module.clone())];
     let order = Order { note: note.clone(), ..Order::default() };
-    give(OrderKind::Unsuppress, subjects, order, None, issuer)
+    send(OrderKind::Unsuppress, vec![(module.clone(), order)], None, issuer)
 }
 
 impl SetAsideFlags {
@@ -63,42 +66,42 @@ impl SetAsideFlags {
     }
 }
 
-fn give_each(
+/// Sends the same order about each of these components.
+fn send_each(
     kind: OrderKind,
-    orders: &ComponentsFlags,
+    components: &[ComponentPath],
     order: Order,
     wait: Option<Duration>,
+    flags: &IssuerFlags,
 ) -> Result<(), Failure> {
-    let ComponentsFlags { components, note, issuer } = orders;
-    let subjects = components.iter().cloned().map(OrderSubject::Component).collect();
-    give(kind, subjects, Order { note: note.clone(), ..order }, wait, issuer)
+    let of_component = |ComponentPath { module, component }: ComponentPath| {
+        (module, Order { component: Some(component.into()), ..order.clone() })
+    };
+    send(kind, components.iter().cloned().map(of_component).collect(), wait, flags)
 }
 
-/// Sends an order about each of these subjects, after checking all of them. `order` contains everything but the subject
-/// and the issuer. `wait` is how long to retry refused commands.
-fn give(
+/// Sends these orders to their modules in the issuer's name, after checking all of them. `wait` is how long to retry
+/// refused ones.
+fn send(
     kind: OrderKind,
-    subjects: Vec<OrderSubject>,
-    order: Order,
+    mut orders: Vec<(ModuleName, Order)>,
     wait: Option<Duration>,
     flags: &IssuerFlags,
 ) -> Result<(), Failure> {
     let target = flags.link.target()?;
     let operator = target.operator();
-    let order = Order { by: issuer(flags.by.as_deref(), operator.as_ref())?, ..order };
-    let of_subject = |subject: OrderSubject| {
-        let order = Order { component: subject.mention(), ..order.clone() };
+    let by = issuer(flags.by.as_deref(), operator.as_ref())?;
+    for (_, order) in &mut orders {
+        order.by.clone_from(&by);
         order.check(kind).map_err(Failure::usage)?;
-        Ok((subject, order))
-    };
-    let orders = subjects.into_iter().map(of_subject).collect::<Result<Vec<_>, Failure>>()?;
+    }
     let command = (kind, operator.as_ref());
     let outcomes = target
         .with_session(async |session| carry_out(session, &target, command, &orders, wait).await)?;
     output::print(&if flags.json {
-        output::text(&carry_out::document(&outcomes, kind, &order.by))?
+        output::text(&carry_out::document(&outcomes, kind, &by))?
     } else {
-        carry_out::report(&outcomes, kind, &order.by)
+        carry_out::report(&outcomes, kind, &by)
     })?;
     carry_out::conclude(&outcomes, kind)
 }

@@ -1,6 +1,6 @@
 //! `trusswatch web`: serves the web page.
 
-mod access;
+mod one_time_link;
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -8,43 +8,44 @@ use std::path::PathBuf;
 use shell::shutdown::ShutdownFlags;
 use shell::{logging, runtime};
 use vocabulary::ModuleName;
+use web::PageAccess;
 
 use crate::failure::Failure;
 use crate::link::Link;
 use crate::model;
-use access::{AccessFlags, OneTimeLinkArguments};
+use one_time_link::OneTimeLinkArguments;
 
-/// Serve a web page of the structure: what needs attention, the drawing, evidence, history
+/// Serve a web page of the structure: alarms, drawing, evidence, history
 ///
-/// It is a client of the network like the other commands, and may be started before anything else: the page then
-/// shows that no module answers, and fills itself when they come. It needs nothing from elsewhere. The address is
-/// logged. Without an address that others reach, only this computer sees the page.
+/// It is a client of the network like the other commands, and may start before the diagnosers: the page then
+/// shows that no module answers, and shows modules as they appear. The page loads nothing from other servers. The
+/// address is logged; with the default address, only this computer can open the page.
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     command: Option<WebCommand>,
-    /// The address on which the page is served
+    /// Address and port of the page
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8480", value_parser = address)]
     listen: SocketAddr,
-    /// Description of the structure (TOML), which is drawn with the states of its components
+    /// Description of the structure (TOML), drawn with the states of its components
     #[arg(long, value_name = "FILE")]
     drawing: Option<PathBuf>,
-    /// Modules that should be there: they are shown even if they are never heard
+    /// Modules that should be present; a missing one is shown as not answering
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// Where what outlives the process is kept
+    /// Directory of one-time links, sessions and scheduled commands
     #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
     state_dir: Option<PathBuf>,
     #[command(flatten)]
-    access: AccessFlags,
+    access: PageAccess,
     #[command(flatten)]
     shutdown: ShutdownFlags,
     #[command(flatten)]
     link: Link,
 }
 
-/// What there is to do beside serving the page.
+/// Further commands beside serving the page.
 #[derive(Debug, clap::Subcommand)]
 enum WebCommand {
     Link(OneTimeLinkArguments),
@@ -56,8 +57,9 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(WebCommand::Link(arguments)) = &arguments.command {
-        return access::link(arguments);
+        return one_time_link::run(arguments);
     }
+    check(arguments)?;
     logging::start();
     let target = arguments.link.target()?;
     let drawing = arguments.drawing.as_deref().map(model::read).transpose()?;
@@ -65,12 +67,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         network: target.network().clone(),
         structure: target.structure.clone(),
         expected: arguments.expect.clone(),
-        listener: arguments.access.listener(arguments.listen)?,
-        require_sign_in: arguments.access.require_sign_in,
-        revoked: arguments.access.revoked()?,
+        listen: arguments.listen,
+        access: arguments.access.clone(),
         drawing,
         state_dir: arguments.state_dir.clone(),
         timeout: target.timeout,
     };
     Ok(runtime::until_done(arguments.shutdown, |shutdown| web::run(config, shutdown))?)
+}
+
+/// The directory of revoked certificates must exist, so that a wrong name does not admit users with revoked ones.
+fn check(arguments: &Arguments) -> Result<(), Failure> {
+    let Arguments { access, listen, .. } = arguments;
+    access.check(*listen).map_err(|error| Failure::usage(error.to_string()))?;
+    if let Some(directory) = &access.revoked
+        && let Err(error) = std::fs::read_dir(directory)
+    {
+        let right = "make it, empty if no certificate is revoked";
+        return Err(Failure::input(format!("{}: {error}; {right}", directory.display())));
+    }
+    Ok(())
 }

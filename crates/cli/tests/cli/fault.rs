@@ -69,7 +69,7 @@ async fn kind_size_and_what_was_measured_are_shown_by_path_and_by_name() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn contenders_are_shown_and_that_nothing_measured_is_kept() {
+async fn contenders_and_a_missing_freeze_frame_are_shown() {
     let tower = tower().await;
     let outcome = tower.run(&["fault", "show", "sensor/g4"]);
     outcome.succeeds();
@@ -79,7 +79,7 @@ async fn contenders_are_shown_and_that_nothing_measured_is_kept() {
     // Nobody answers for this one: what its state carries is shown.
     let outcome = tower.run(&["fault", "show", "sensor/g5", "--timeout", "10"]);
     outcome.succeeds();
-    for part in ["+45.1 µm", "nothing measured is kept any more\n"] {
+    for part in ["+45.1 µm", "no measurements are kept any more\n"] {
         assert!(outcome.stdout.contains(part), "`{part}` is not in\n{}", outcome.stdout);
     }
 }
@@ -105,12 +105,12 @@ async fn a_component_without_a_fault_has_none_and_what_is_unclear_is_not_guessed
     let show = |component: &str| tower.run(&["fault", "show", component]);
     show("sensor/g6").fails(2, &["`module1/sensor/g6` or `module2/sensor/g6`; say which"]);
     show("module1/sensor/g9").fails(1, &["`module1` has no component `sensor/g9`"]);
-    show("module9/sensor/g3").fails(4, &["`module9` is not there"]);
+    show("module9/sensor/g3").fails(4, &["no module `module9` was seen"]);
     show("valve/v1").fails(2, &["valve/v1"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_module_that_does_not_answer_is_told() {
+async fn a_module_that_does_not_answer_is_reported() {
     let mut tower = tower().await;
     tower.silence("module3", Topic::Fault("sensor/g1".parse().unwrap())).await;
     tower.statuses("module3", ModulePhase::InService, &[]).await;

@@ -88,7 +88,7 @@ async fn verdicts_and_presence_are_printed_as_they_come_until_it_is_ended() {
 const MANY: u64 = 400;
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_signal_ends_it_though_nobody_reads_what_it_prints() {
+async fn a_signal_ends_it_while_standard_output_is_blocked() {
     let mut tower = StandIn::open("tower").await;
     let mut stalled = [Follower::of(&tower, &["--json"]), Follower::of(&tower, &["--json"])];
     tower.token("module1").await;

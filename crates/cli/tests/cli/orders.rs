@@ -118,7 +118,7 @@ async fn what_cannot_be_set_aside_is_refused_with_the_reason() {
     let refused = "module1: refused: no component of `module1` is suppressed";
     run(&["unsuppress", "module1"]).fails(1, &[refused]);
     run(&["unsuppress", "module2", "--timeout", "0.5"])
-        .fails(4, &["module2: its diagnoser is not there", "no command was sent"]);
+        .fails(4, &["module2: its diagnoser was not seen", "no command was sent"]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -101,7 +101,7 @@ fn what_cannot_be_verified_is_not() {
 }
 
 #[test]
-fn what_was_not_compared_is_told_by_the_exit_code() {
+fn the_exit_code_reports_what_was_not_compared() {
     let (_directory, files) = recording(|messages| {
         messages.retain(|m| !(m.topic.ends_with("module1/sample") && m.step == 100));
     });

@@ -6,14 +6,23 @@ use super::ticks::{self, Tick};
 const PADDING: f64 = 0.05;
 
 /// The mapping of values to positions.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Scale {
     /// Linear.
     Linear,
     /// Logarithmic; values must be above 0, others are not drawn.
     Log,
-    /// One position for each of these names; value i belongs to name i.
-    Categories(Vec<String>),
+}
+
+impl Scale {
+    /// The transformed value; NaN for a value without a position.
+    fn transformed(self, value: f64) -> f64 {
+        match self {
+            Scale::Linear => value,
+            Scale::Log if value > 0.0 => value.log10(),
+            Scale::Log => f64::NAN,
+        }
+    }
 }
 
 /// An axis of a panel.
@@ -42,12 +51,6 @@ impl PlotAxis {
         Self::new(label.into(), Scale::Log)
     }
 
-    /// An axis of names.
-    #[must_use]
-    pub fn categories(label: impl Into<String>, names: Vec<String>) -> Self {
-        Self::new(label.into(), Scale::Categories(names))
-    }
-
     fn new(label: String, scale: Scale) -> Self {
         Self { label, scale, range: None, tick_labels: true }
     }
@@ -66,24 +69,19 @@ impl PlotAxis {
 
     /// The axis over its own range, or else over the range of the data.
     pub(super) fn fit(&self, values: impl Iterator<Item = f64>) -> Fitted {
-        let transform = match self.scale {
-            Scale::Log => Transform::Log,
-            Scale::Linear | Scale::Categories(_) => Transform::Linear,
+        let scale = self.scale;
+        let [low, high] = match self.range {
+            Some(range) => range.map(|value| scale.transformed(value)),
+            None => padded(values.map(|value| scale.transformed(value))),
         };
-        let [low, high] = match (&self.scale, self.range) {
-            (Scale::Categories(names), _) => [-0.5, names.len().max(1) as f64 - 0.5],
-            (_, Some(range)) => range.map(|value| transform.of(value)),
-            (_, None) => padded(values.map(|value| transform.of(value))),
-        };
-        Fitted { transform, low, high }
+        Fitted { scale, low, high }
     }
 
     /// The ticks of the fitted axis, about `target` in number.
     pub(super) fn ticks(&self, fitted: &Fitted, target: f64) -> Vec<Tick> {
-        let mut ticks = match &self.scale {
+        let mut ticks = match self.scale {
             Scale::Linear => ticks::linear(fitted.low, fitted.high, target),
             Scale::Log => ticks::log(fitted.low, fitted.high, target),
-            Scale::Categories(names) => ticks::named(names),
         };
         if !self.tick_labels {
             ticks.iter_mut().for_each(|tick| tick.label.clear());
@@ -95,34 +93,17 @@ impl PlotAxis {
 /// An axis with a known range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Fitted {
-    transform: Transform,
+    scale: Scale,
     /// The transformed ends.
     low: f64,
     high: f64,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Transform {
-    Linear,
-    Log,
-}
-
-impl Transform {
-    /// NaN for a value without a position.
-    fn of(self, value: f64) -> f64 {
-        match self {
-            Transform::Linear => value,
-            Transform::Log if value > 0.0 => value.log10(),
-            Transform::Log => f64::NAN,
-        }
-    }
 }
 
 impl Fitted {
     /// The relative position of a value: 0 at the axis's start, 1 at its end, beyond that outside; NaN for a value
     /// without a position.
     pub(super) fn place(&self, value: f64) -> f64 {
-        (self.transform.of(value) - self.low) / (self.high - self.low)
+        (self.scale.transformed(value) - self.low) / (self.high - self.low)
     }
 }
 

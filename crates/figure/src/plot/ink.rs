@@ -7,19 +7,21 @@ use svg::node::element::{Circle, Line, Path, Polygon, Text};
 use super::series::Marker;
 
 /// Lines and letters.
-pub(super) const INK: &str = "#1a1a1a";
+pub(crate) const INK: &str = "#1a1a1a";
 /// Secondary lines and letters.
-pub(super) const FAINT: &str = "#5a5a5a";
+pub(crate) const FAINT: &str = "#5a5a5a";
 /// Lines in the background.
-pub(super) const GRID: &str = "#e4e4e4";
+pub(crate) const GRID: &str = "#e4e4e4";
 /// Background.
-pub(super) const PAPER: &str = "#ffffff";
+pub(crate) const PAPER: &str = "#ffffff";
 /// Dashes of the line of a limit.
-pub(super) const LEVEL_DASH: &str = "6 3";
+pub(crate) const LEVEL_DASH: &str = "6 3";
+/// The typeface of all letters.
+pub(crate) const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 /// Size of most letters \[px\].
-pub(super) const BODY: f64 = 11.5;
+pub(crate) const BODY: f64 = 11.5;
 /// Size of small letters \[px\].
-pub(super) const SMALL: f64 = 10.5;
+pub(crate) const SMALL: f64 = 10.5;
 /// Width of an average letter over its size; a generous estimate, because the reader's font is not known.
 const LETTER: f64 = 0.58;
 /// Half the size of a marker \[px\].
@@ -27,7 +29,7 @@ const MARKER: f64 = 3.6;
 
 /// The alignment of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     Start,
     Middle,
     End,
@@ -44,12 +46,12 @@ impl Anchor {
 }
 
 /// Estimated width of a text \[px\].
-pub(super) fn width(words: &str, size: f64) -> f64 {
+pub(crate) fn width(words: &str, size: f64) -> f64 {
     LETTER * size * words.chars().count() as f64
 }
 
 /// A text with its baseline at this point.
-pub(super) fn text(at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Text {
+pub(crate) fn text(at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Text {
     Text::new(words)
         .set("x", tenths(at[0]))
         .set("y", tenths(at[1]))
@@ -58,13 +60,13 @@ pub(super) fn text(at: [f64; 2], words: &str, size: f64, anchor: Anchor) -> Text
 }
 
 /// A text that reads upwards, centred at this point.
-pub(super) fn upright(at: [f64; 2], words: &str, size: f64) -> Text {
+pub(crate) fn upright(at: [f64; 2], words: &str, size: f64) -> Text {
     let turn = format!("rotate(-90 {} {})", tenths(at[0]), tenths(at[1]));
     text(at, words, size, Anchor::Middle).set("transform", turn)
 }
 
 /// A straight line.
-pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Line {
+pub(crate) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Line {
     Line::new()
         .set("x1", tenths(from[0]))
         .set("y1", tenths(from[1]))
@@ -75,7 +77,7 @@ pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str, width: f64) -> Li
 }
 
 /// A line through points, with gaps between segments.
-pub(super) fn path(segments: &[Vec<[f64; 2]>]) -> Path {
+pub(crate) fn path(segments: &[Vec<[f64; 2]>]) -> Path {
     let mut data = String::new();
     for segment in segments {
         append(&mut data, segment);
@@ -119,13 +121,13 @@ fn append_tenths(data: &mut String, tenths: i64) {
 }
 
 /// A closed area.
-pub(super) fn area(corners: &[[f64; 2]]) -> Polygon {
+pub(crate) fn area(corners: &[[f64; 2]]) -> Polygon {
     let corners = corners.iter().map(|[x, y]| format!("{},{}", tenths(*x), tenths(*y)));
     Polygon::new().set("points", corners.collect::<Vec<_>>().join(" "))
 }
 
 /// A marker centred here.
-pub(super) fn marker(kind: Marker, [x, y]: [f64; 2], colour: &str) -> Box<dyn svg::node::Node> {
+pub(crate) fn marker(kind: Marker, [x, y]: [f64; 2], colour: &str) -> Box<dyn svg::node::Node> {
     let size = MARKER;
     let circle = || Circle::new().set("cx", tenths(x)).set("cy", tenths(y));
     let corners = |corners: &[[f64; 2]]| {
@@ -150,7 +152,7 @@ pub(super) fn marker(kind: Marker, [x, y]: [f64; 2], colour: &str) -> Box<dyn sv
 }
 
 /// A coordinate to a tenth of a pixel.
-pub(super) fn tenths(value: f64) -> f64 {
+pub(crate) fn tenths(value: f64) -> f64 {
     (value * 10.0).round() / 10.0
 }
 

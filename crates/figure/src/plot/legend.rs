@@ -1,6 +1,6 @@
 //! The legend beside a panel.
 
-use svg::node::element::{Group, Rectangle};
+use svg::node::element::Group;
 
 use super::ink::{self, Anchor};
 use super::panel::{MarkKind, Panel, PanelMark};
@@ -62,13 +62,5 @@ fn specimen(group: Group, series: &Series, [x, y]: [f64; 2]) -> Group {
         Shape::Line => group.add(line),
         Shape::MarkedLine => group.add(line).add(dot()),
         Shape::Dots => group.add(dot()),
-        Shape::Bars => group.add(
-            Rectangle::new()
-                .set("x", ink::tenths(x))
-                .set("y", ink::tenths(y - 5.0))
-                .set("width", SPECIMEN)
-                .set("height", 10)
-                .set("fill", stroke.colour),
-        ),
     }
 }

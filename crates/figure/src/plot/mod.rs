@@ -3,20 +3,16 @@
 //!
 //! A [`Figure`] has rows of [`Panel`]s, a panel has two axes, [`Series`] and [`PanelMark`]s.
 
-mod area;
 mod axis;
-mod decimation;
-mod ink;
+pub(crate) mod ink;
 mod labels;
 mod layout;
 mod legend;
 mod page;
 mod panel;
 mod panel_drawing;
-mod plot_axes;
-mod plot_marks;
-mod plot_series;
 mod series;
+mod series_drawing;
 pub mod ticks;
 
 pub use axis::{PlotAxis, Scale};

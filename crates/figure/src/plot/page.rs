@@ -23,7 +23,6 @@ const NO_LEGEND: f64 = 14.0;
 const TITLE_SIZE: f64 = 16.0;
 /// Height of a line below the title \[px\].
 const LINE: f64 = 16.0;
-const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 
 /// Panels side by side.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,7 +95,7 @@ impl Figure {
             .set("width", WIDTH)
             .set("height", height)
             .set("role", "img")
-            .set("font-family", FONT)
+            .set("font-family", ink::FONT)
             .set("fill", ink::INK)
             .add(Title::new(&self.title))
             .add(Description::new().add(svg::node::Text::new(&self.description)))

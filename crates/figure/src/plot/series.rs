@@ -33,8 +33,6 @@ pub enum Shape {
     MarkedLine,
     /// A marker at each point.
     Dots,
-    /// A bar from 0 to each point, one unit of x apart; bars of different series overlap.
-    Bars,
 }
 
 /// Colour, line and marker of a series.
@@ -90,8 +88,7 @@ pub struct Series {
     pub name: String,
     /// x and y of each point, in the order in which a line connects them.
     pub points: Vec<[f64; 2]>,
-    /// Lowest and highest y of each point, drawn as a band around a line and as whiskers for other shapes; empty for
-    /// none.
+    /// Lowest and highest y of each point, drawn as a band around a line and as whiskers for dots; empty for none.
     pub spread: Vec<[f64; 2]>,
     /// Its shape.
     pub shape: Shape,
@@ -120,10 +117,9 @@ impl Series {
     /// All values of y that must be visible while x is within the range.
     pub(super) fn heights(&self, range: Option<[f64; 2]>) -> impl Iterator<Item = f64> {
         let seen = move |x: f64| range.is_none_or(|[from, to]| from <= x && x <= to);
-        let base = (self.shape == Shape::Bars).then_some(0.0);
         let spread = self.points.iter().zip(&self.spread);
         let points = self.points.iter().filter(move |[x, _]| seen(*x)).map(|[_, y]| *y);
         let spread = spread.filter(move |([x, _], _)| seen(*x)).flat_map(|(_, ends)| *ends);
-        base.into_iter().chain(points).chain(spread)
+        points.chain(spread)
     }
 }

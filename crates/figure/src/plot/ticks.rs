@@ -72,13 +72,6 @@ pub(super) fn log(low: f64, high: f64, target: f64) -> Vec<Tick> {
     ticks
 }
 
-/// One tick for each name, at 0, 1, …
-pub(super) fn named(names: &[String]) -> Vec<Tick> {
-    let tick =
-        |(at, name): (usize, &String)| Tick { value: at as f64, label: name.clone(), minor: false };
-    names.iter().enumerate().map(tick).collect()
-}
-
 /// A number with this many decimals and a typographic minus sign; zero has no sign.
 pub(super) fn fixed(value: f64, decimals: usize) -> String {
     let digits = format!("{:.decimals$}", value.abs());

@@ -4,8 +4,8 @@ use svg::node::element::{Group, Rectangle};
 use truss::Structure;
 
 use super::projection::{PagePoint, Projection};
-use super::support::{SupportKind, kind_of_support};
-use super::symbols::{self, Style};
+use super::symbols::{self, Style, SupportKind, kind_of_support};
+use crate::plot::ink::Anchor;
 
 /// Width of the legend [px].
 pub(super) const WIDTH: f64 = 282.0;
@@ -110,7 +110,7 @@ fn axes(at: PagePoint, projection: &Projection) -> Group {
         let length = 44.0 / projection.scale();
         let tip = at.offset(metre.x * length, metre.y * length);
         let letter = at.towards(tip, 1.3).offset(0.0, 5.0);
-        let style = Style { anchor: "middle", ..Style::NOTE };
+        let style = Style { anchor: Anchor::Middle, ..Style::NOTE };
         group = group.add(symbols::arrow([at, tip])).add(symbols::text(letter, name, style));
     }
     group

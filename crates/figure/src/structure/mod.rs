@@ -4,7 +4,6 @@ mod legend;
 mod placement;
 mod plan;
 mod projection;
-mod support;
 mod symbols;
 
 use svg::Document;
@@ -15,8 +14,8 @@ use vocabulary::{Component, ComponentKind, ComponentPath};
 use self::placement::Placement;
 pub use self::plan::{SignLook, StructurePlan};
 use self::projection::{PagePoint, Projection, hull, range};
-use self::support::{SupportKind, kind_of_support};
-use self::symbols::Style;
+use self::symbols::{Style, SupportKind, kind_of_support};
+use crate::plot::ink::{Anchor, tenths};
 
 /// Margin around the figure [px].
 const MARGIN: f64 = 40.0;
@@ -129,9 +128,8 @@ impl StructureDrawing<'_> {
             y: corners.iter().map(|corner| corner.y).sum::<f64>() / count,
         };
         let wide = corners.iter().map(|corner| centre.towards(*corner, 1.22));
-        let points: Vec<String> = wide
-            .map(|corner| format!("{},{}", symbols::tenths(corner.x), symbols::tenths(corner.y)))
-            .collect();
+        let points: Vec<String> =
+            wide.map(|corner| format!("{},{}", tenths(corner.x), tenths(corner.y))).collect();
         symbols::boundary(&points.join(" "))
     }
 
@@ -152,7 +150,7 @@ impl StructureDrawing<'_> {
         for height in heights {
             let mark = PagePoint { x: LEFT - 62.0, y: self.edges(module, height)[0].y };
             let words = format!("{height:.1} m");
-            let style = Style { anchor: "end", ..Style::NOTE };
+            let style = Style { anchor: Anchor::End, ..Style::NOTE };
             group = group
                 .add(symbols::text(mark.offset(-6.0, 5.0), &words, style))
                 .add(symbols::line([mark, mark.offset(18.0, 0.0)], 1.2, symbols::FAINT));

@@ -6,7 +6,9 @@ use truss::Structure;
 use vocabulary::ComponentPath;
 
 use super::projection::{PagePoint, Projection};
-use super::{ComponentPlace, HEADING, LEFT, NAMES, StructureDrawing, symbols};
+use crate::plot::ink::tenths;
+
+use super::{ComponentPlace, HEADING, LEFT, NAMES, StructureDrawing};
 
 /// Space above the figure \[px\].
 const ABOVE: f64 = 34.0;
@@ -85,8 +87,8 @@ fn sign(place: &ComponentPlace, look: &SignLook) -> Anchor {
     // Larger than the sign, so that it is easy to tap.
     let target = Circle::new()
         .set("class", "target")
-        .set("cx", symbols::tenths(x))
-        .set("cy", symbols::tenths(y))
+        .set("cx", tenths(x))
+        .set("cy", tenths(y))
         .set("r", 17)
         .set("fill", "none")
         .set("pointer-events", "all");
@@ -103,8 +105,8 @@ fn sign(place: &ComponentPlace, look: &SignLook) -> Anchor {
     }
     let badge = Use::new()
         .set("href", format!("#{}", look.badge))
-        .set("x", symbols::tenths(x - 0.5 * BADGE))
-        .set("y", symbols::tenths(y - 0.5 * BADGE))
+        .set("x", tenths(x - 0.5 * BADGE))
+        .set("y", tenths(y - 0.5 * BADGE))
         .set("width", BADGE)
         .set("height", BADGE);
     link.add(badge)

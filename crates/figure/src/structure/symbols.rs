@@ -3,52 +3,50 @@
 
 use svg::node::element::{Circle, Group, Line, Polygon, Rectangle, Text};
 
+use truss::{Direction, Support};
+
 use super::projection::PagePoint;
+use crate::plot::ink::{self, Anchor, PAPER, tenths};
 
 /// Ink of lines and letters.
 pub(super) const INK: &str = "#222222";
 /// Secondary letters and lines.
 pub(super) const FAINT: &str = "#666666";
-const PAPER: &str = "#ffffff";
 const ACTUATOR: &str = "#e69f00";
 const GAGE: &str = "#0072b2";
-const FONT: &str = "Helvetica, Arial, 'DejaVu Sans', sans-serif";
 
 /// The style of a text.
 #[derive(Clone, Copy)]
 pub(super) struct Style {
     pub(super) size: f64,
     pub(super) weight: &'static str,
-    pub(super) anchor: &'static str,
+    pub(super) anchor: Anchor,
     pub(super) fill: &'static str,
 }
 
 impl Style {
     /// Running text.
     pub(super) const BODY: Style =
-        Style { size: 15.0, weight: "normal", anchor: "start", fill: INK };
+        Style { size: 15.0, weight: "normal", anchor: Anchor::Start, fill: INK };
     /// Headings.
     pub(super) const HEADING: Style =
-        Style { size: 28.0, weight: "bold", anchor: "start", fill: INK };
+        Style { size: 28.0, weight: "bold", anchor: Anchor::Start, fill: INK };
     /// Names of modules.
-    pub(super) const NAME: Style = Style { size: 18.0, weight: "bold", anchor: "start", fill: INK };
+    pub(super) const NAME: Style =
+        Style { size: 18.0, weight: "bold", anchor: Anchor::Start, fill: INK };
     /// Remarks.
     pub(super) const NOTE: Style =
-        Style { size: 14.0, weight: "normal", anchor: "start", fill: FAINT };
+        Style { size: 14.0, weight: "normal", anchor: Anchor::Start, fill: FAINT };
     /// Names beside symbols.
     pub(super) const LABEL: Style =
-        Style { size: 14.0, weight: "bold", anchor: "middle", fill: INK };
+        Style { size: 14.0, weight: "bold", anchor: Anchor::Middle, fill: INK };
 }
 
 /// A text whose baseline starts at, or is centred at, this point.
 pub(super) fn text(at: PagePoint, words: &str, style: Style) -> Text {
-    Text::new(words)
-        .set("x", tenths(at.x))
-        .set("y", tenths(at.y))
-        .set("font-family", FONT)
-        .set("font-size", style.size)
+    ink::text([at.x, at.y], words, style.size, style.anchor)
+        .set("font-family", ink::FONT)
         .set("font-weight", style.weight)
-        .set("text-anchor", style.anchor)
         .set("fill", style.fill)
 }
 
@@ -69,14 +67,7 @@ pub(super) const GAGE_INK: &str = "#004b7a";
 
 /// A straight line.
 pub(super) fn line([from, to]: [PagePoint; 2], width: f64, colour: &str) -> Line {
-    Line::new()
-        .set("x1", tenths(from.x))
-        .set("y1", tenths(from.y))
-        .set("x2", tenths(to.x))
-        .set("y2", tenths(to.y))
-        .set("stroke", colour)
-        .set("stroke-width", width)
-        .set("stroke-linecap", "round")
+    ink::line([from.x, from.y], [to.x, to.y], colour, width).set("stroke-linecap", "round")
 }
 
 /// A member: a line that hides everything behind it.
@@ -150,6 +141,26 @@ pub(super) fn gage(at: PagePoint, [from, to]: [PagePoint; 2]) -> Group {
     Group::new().set("transform", placed(at, angle)).add(body).add(grid(-1.8)).add(grid(1.8))
 }
 
+/// The sign of a support.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum SupportKind {
+    Clamped,
+    Pinned,
+    Guided,
+}
+
+/// The sign for a support.
+pub(super) fn kind_of_support(support: &Support) -> SupportKind {
+    let translations = [Direction::X, Direction::Y, Direction::Z];
+    if *support == Support::CLAMPED {
+        SupportKind::Clamped
+    } else if translations.into_iter().all(|direction| support.holds(direction)) {
+        SupportKind::Pinned
+    } else {
+        SupportKind::Guided
+    }
+}
+
 /// A support that fixes all translations, and possibly some rotations.
 pub(super) fn pinned(at: PagePoint) -> Group {
     let corner = |x: f64, y: f64| format!("{},{}", tenths(at.x + x), tenths(at.y + y));
@@ -198,11 +209,6 @@ fn hatched(group: Group, at: PagePoint, half: f64) -> Group {
 
 fn placed(at: PagePoint, degrees: f64) -> String {
     format!("translate({} {}) rotate({})", tenths(at.x), tenths(at.y), tenths(degrees))
-}
-
-/// A number without superfluous digits.
-pub(super) fn tenths(value: f64) -> f64 {
-    (value * 10.0).round() / 10.0
 }
 
 /// A thin arrow.

@@ -103,7 +103,5 @@ fn a_hole_in_the_middle_costs_no_whole_record_behind_it() {
         kind: DamageKind::Corrupt,
     };
     assert_eq!(opened.damage, [damage]);
-    let mut records = journal::read(directory.path()).unwrap();
-    assert_eq!(records.by_ref().count(), 1);
-    assert_eq!(records.passed_over(), 1);
+    assert_eq!(journal::read(directory.path()).unwrap().count(), 1);
 }

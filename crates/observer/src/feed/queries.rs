@@ -4,7 +4,6 @@ use std::time::Duration;
 
 use vocabulary::{HistoryPage, HistoryQuestion, Key, StructureName, Topic, keys::Watched};
 use zenoh::Session;
-use zenoh::query::{ConsolidationMode, QueryTarget};
 
 use super::messages::{Incoming, message};
 use super::{ModuleKey, ModuleQuery};
@@ -56,13 +55,8 @@ async fn present(session: &Session, watched: Watched<'_>) -> Vec<Incoming> {
 }
 
 async fn replies(session: &Session, expression: String) -> Vec<Incoming> {
-    let query = session
-        .get(expression)
-        .target(QueryTarget::All)
-        .consolidation(ConsolidationMode::None)
-        .timeout(WITHIN);
     let mut incoming = Vec::new();
-    let Ok(replies) = query.await else { return incoming };
+    let Ok(replies) = request::ask_all(session, expression, WITHIN).await else { return incoming };
     while let Ok(reply) = replies.recv_async().await {
         if incoming.len() < REPLIES
             && let Ok(sample) = reply.result()
@@ -84,7 +78,7 @@ async fn page(
         .await
         .map_err(|error| error.to_string())?;
     if page.structure != *structure || page.module != *module {
-        return Err("the page is another module's".to_owned());
+        return Err("the page belongs to another module".to_owned());
     }
     Ok(page)
 }

@@ -368,7 +368,7 @@ fn of_two_processes_each_transition_is_handed_out_and_nothing_is_asked() {
 }
 
 #[test]
-fn two_processes_that_no_status_tells_of_make_no_more_than_a_question_at_a_time() {
+fn two_processes_without_statuses_cause_one_query_at_a_time() {
     let mut bench = Bench::at(3);
     let mut questions = 0;
     for round in 0..200 {
@@ -417,7 +417,7 @@ fn an_answer_that_was_overtaken_changes_nothing() {
 }
 
 #[test]
-fn a_page_that_nobody_waits_for_any_more_is_not_used() {
+fn a_page_of_a_cancelled_query_is_not_used() {
     let mut bench = Bench::at(3);
     bench.published(transition(5));
     assert_eq!(bench.question(), Some(ModuleQuery::History(4)));

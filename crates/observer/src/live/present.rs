@@ -31,7 +31,7 @@ pub async fn present(
     timeout: Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
     let live = Live::over(session, structure.cloned(), expected.to_vec()).await?;
-    look(live, timeout, hold).await
+    scene_of(live, timeout, hold).await
 }
 
 /// Like [`present`], without waiting for the states of components: lists which modules are running or should be.
@@ -44,10 +44,10 @@ pub async fn attendance(
     timeout: Duration,
 ) -> Result<Arc<Scene>, AttendanceError> {
     let live = Live::events(session, structure.cloned()).await?;
-    look(live, timeout, |scene, _| hold_for_statuses(scene)).await
+    scene_of(live, timeout, |scene, _| hold_for_statuses(scene)).await
 }
 
-async fn look(
+async fn scene_of(
     live: Live,
     timeout: Duration,
     hold: fn(&Scene, Duration) -> Duration,
@@ -89,12 +89,12 @@ mod tests {
     use vocabulary::FaultTransition;
 
     #[test]
-    fn it_looks_until_every_module_that_is_there_or_named_has_answered() {
+    fn it_waits_until_every_present_or_expected_module_has_answered() {
         let (mut scene, timeout) = (Scene::default(), Duration::from_secs(9));
         let mut first = ModuleView::new(None, "m1".parse().unwrap());
         first.present = true;
         scene.modules.push(first);
-        assert_eq!(hold(&scene, timeout), timeout, "it is there");
+        assert_eq!(hold(&scene, timeout), timeout, "the module is present");
         let state = FaultTransition::untouched(
             "tower".parse().unwrap(),
             "m1/sensor/g1".parse().unwrap(),

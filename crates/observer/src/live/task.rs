@@ -15,13 +15,12 @@ use vocabulary::{
     ComponentPath, FaultTransition, Key, ModuleName, StructureName, Topic, keys::Watched,
 };
 use zenoh::Session;
-use zenoh::handlers::FifoChannelHandler;
 use zenoh::pubsub::Subscriber;
-use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
+use zenoh::query::Reply;
 use zenoh::sample::Sample;
 
 use crate::feed::{EventFeed, Incoming, ask, ask_all, message, token};
-use crate::request::read;
+use crate::request::{self, Replies, read};
 use crate::view::{NetworkState, News, ObservedEvent, QueryError, Scene, Structures};
 
 /// Pause before the next attempt to open a session.
@@ -219,7 +218,8 @@ async fn listen(
         if show.asks && replies.is_none() && Instant::now() >= ask_at {
             ask_at = Instant::now() + ASK_EVERY;
             show.known.asked();
-            replies = ask_states(session, structure).await;
+            let states = Watched { structure, module: None }.faults();
+            replies = request::ask_all(session, states, ANSWER_WITHIN).await.ok();
             if replies.is_none() {
                 show.answered();
             }
@@ -281,24 +281,12 @@ fn hand_to(
     }
 }
 
-type Replies = FifoChannelHandler<Reply>;
-
 /// The next reply; `None` after the last.
 async fn next(replies: Option<&Replies>) -> Option<Reply> {
     match replies {
         Some(replies) => replies.recv_async().await.ok(),
         None => std::future::pending().await,
     }
-}
-
-/// Queries the states of all components.
-async fn ask_states(session: &Session, structure: Option<&StructureName>) -> Option<Replies> {
-    let query = session
-        .get(Watched { structure, module: None }.faults())
-        .target(QueryTarget::All)
-        .consolidation(ConsolidationMode::None)
-        .timeout(ANSWER_WITHIN);
-    query.await.ok()
 }
 
 /// Decodes the state in a reply, which must be about the component in the reply's key.

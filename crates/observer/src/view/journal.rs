@@ -90,22 +90,24 @@ impl ModuleHistory {
     ///
     /// # Errors
     /// The page belongs to another module or does not match the request.
-    pub fn take(&mut self, asked: u64, page: HistoryPage) -> Result<Option<u64>, QueryError> {
+    pub fn accept(&mut self, asked: u64, page: HistoryPage) -> Result<Option<u64>, QueryError> {
         let senseless = |what| Err(QueryError::Senseless(what));
         if page.structure != self.structure || page.module != self.module {
             let (structure, module) = (&page.structure, &page.module);
-            return senseless(format!("the page is of `{module}` of `{structure}`"));
+            return senseless(format!("the page belongs to `{module}` of `{structure}`"));
         }
         let mut next = asked;
         for transition in &page.transitions {
             if transition.sequence < next {
                 let sequence = transition.sequence;
-                return senseless(format!("sequence {sequence} comes where {next} is due"));
+                return senseless(format!("sequence {sequence} instead of {next}"));
             }
             next = transition.sequence.saturating_add(1);
         }
         if page.more && page.transitions.is_empty() {
-            return senseless(format!("there is more from {asked} on, but the page is empty"));
+            return senseless(format!(
+                "the page is empty, although the journal continues from {asked}"
+            ));
         }
         self.first_sequence = self.first_sequence.or(page.first_sequence);
         self.next_sequence = Some(page.next_sequence);
@@ -449,8 +451,8 @@ mod tests {
     fn pages_follow_each_other_and_what_is_missing_is_reported() {
         let mut read = empty(1);
         assert!(!read.answered());
-        assert_eq!(read.take(1, page(&[3, 4, 6], true)), Ok(Some(7)));
-        assert_eq!(read.take(7, page(&[7, 8], false)), Ok(None));
+        assert_eq!(read.accept(1, page(&[3, 4, 6], true)), Ok(Some(7)));
+        assert_eq!(read.accept(7, page(&[7, 8], false)), Ok(None));
         let gap = |from, to| HistoryGap { from, to };
         assert_eq!(read.gaps(), [gap(5, 5), gap(9, 11)]);
         assert_eq!(ModuleHistory { since: 6, ..read.clone() }.gaps(), [gap(9, 11)]);
@@ -466,7 +468,7 @@ mod tests {
             (1, page(&[], true)),
             (1, HistoryPage { module: "n".parse().unwrap(), ..page(&[3], false) }),
         ] {
-            assert!(matches!(empty(1).take(asked, page), Err(QueryError::Senseless(_))));
+            assert!(matches!(empty(1).accept(asked, page), Err(QueryError::Senseless(_))));
         }
     }
 

@@ -35,7 +35,7 @@ pub use journal::{Contradiction, HistoryGap, JournalEntry, Journals, ModuleHisto
 pub use line::{EventLine, sign};
 pub use module::{JournalHealth, ModuleView};
 pub use news::{News, ObservedEvent};
-pub use order::{OrderOutcome, OrderRequest, QueryError};
+pub use order::{OrderOutcome, OrderRequest, QueryError, order_subject};
 pub use row::{DetectionFacts, StateRow, Urgency};
 pub use scene::{NetworkState, Scene, in_a_sentence};
 pub use structures::Structures;

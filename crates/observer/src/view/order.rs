@@ -58,12 +58,15 @@ impl OrderRequest {
     /// The component or module that it is about.
     #[must_use]
     pub fn subject(&self) -> String {
-        let Self { module, order, .. } = self;
-        order
-            .component
-            .as_ref()
-            .map_or_else(|| module.to_string(), |mention| format!("{module}/{}", mention.component))
+        order_subject(&self.module, &self.order)
     }
+}
+
+/// The component or module that an order to this module is about.
+#[must_use]
+pub fn order_subject(module: &ModuleName, order: &Order) -> String {
+    let component = order.component.as_ref().map(|mention| &mention.component);
+    component.map_or_else(|| module.to_string(), |component| format!("{module}/{component}"))
 }
 
 /// The outcome of a command to a module.

@@ -19,7 +19,7 @@ const SILENT_AFTER: Duration = Duration::from_secs(3);
 /// Events and problems kept for the scene.
 const EVENTS: usize = 500;
 const PROBLEMS: usize = 20;
-/// Most modules: on an open network anybody can make up names. Messages of further ones are only counted.
+/// Maximum number of modules, because on an open network any client can invent names; messages of further modules are only counted.
 const MODULES: usize = 1024;
 /// A module that is neither present nor awaited is forgotten when nothing was heard of it for this long.
 const FORGOTTEN_AFTER: Duration = Duration::from_secs(600);
@@ -509,7 +509,7 @@ mod tests {
     }
 
     #[test]
-    fn a_module_that_nobody_awaits_is_forgotten_when_it_is_not_heard_any_more() {
+    fn an_unexpected_module_is_forgotten_when_it_falls_silent() {
         const LATER: u64 = 601 * SECOND;
         let mut structures = Structures::new(None, vec!["expected".parse().unwrap()]);
         structures.network(NetworkState::Open, SECOND);

@@ -203,7 +203,7 @@ fn what_is_missing_is_not_verified() {
     let replayed = replay_all(&collect(&live));
     let one = replayed[1].as_ref().unwrap();
     let said = one.shortfall.clone().unwrap().to_string();
-    assert_eq!(said, "samples 1200–1299 of run 7 that it took are not in the recording");
+    assert_eq!(said, "samples 1200–1299 of run 7, which it used, are not in the recording");
     assert_eq!(one.comparison.difference, None);
 
     live.published.clone_from(&whole.published);

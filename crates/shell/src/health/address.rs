@@ -13,16 +13,16 @@ const RIGHT: &str = "write e.g. `127.0.0.1:9464`";
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct HealthSettings {
-    /// Serve `/healthz`, `/readyz` and `/metrics` on this address, e.g. `127.0.0.1:9464`; without one,
-    /// nowhere.
+    /// Serve `/healthz`, `/readyz` and `/metrics` on this address, e.g. `127.0.0.1:9464`; not
+    /// served without an address.
     pub listen: Option<String>,
 }
 
-/// Where to serve health, from the command line.
+/// The address for health from the command line.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct HealthFlags {
-    /// Serve /healthz, /readyz and /metrics on this address, e.g. `127.0.0.1:9464`, to anybody who
-    /// gets there; goes before the configuration's
+    /// Serve /healthz, /readyz and /metrics on this address, e.g. `127.0.0.1:9464`, without authentication; overrides the
+    /// configuration
     #[arg(long, value_name = "ADDRESS")]
     pub health: Option<String>,
 }

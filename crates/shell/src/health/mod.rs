@@ -22,5 +22,7 @@ pub use address::{HealthFlags, HealthSettings};
 pub use condition::{HealthCondition, live};
 pub use probe::{ProbeError, ProbeKind, probe};
 pub use process::ProcessReport;
-pub use server::{HealthAddressError, Listening, Server, Subject};
+pub use server::{
+    HealthAddressError, Listening, Server, Subject, condition_response, metrics_response,
+};
 pub use sheet::{Sheet, render};

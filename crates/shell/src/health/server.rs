@@ -165,26 +165,38 @@ fn router(subject: Arc<dyn Subject>) -> Router {
     Router::new()
         .route(
             LIVE,
-            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&subject.live())),
+            get(async |State(subject): State<Arc<dyn Subject>>| {
+                condition_response(&subject.live())
+            }),
         )
         .route(
             READY,
-            get(async |State(subject): State<Arc<dyn Subject>>| of_condition(&ready(&*subject))),
+            get(async |State(subject): State<Arc<dyn Subject>>| {
+                condition_response(&ready(&*subject))
+            }),
         )
-        .route(METRICS, get(metrics))
+        .route(
+            METRICS,
+            get(async |State(subject): State<Arc<dyn Subject>>| {
+                metrics_response(subject.metrics())
+            }),
+        )
         .fallback(unknown)
         .method_not_allowed_fallback(unknown)
         .with_state(subject)
 }
 
-/// Its readiness. That a configured endpoint is not reached is said, and no reason to call it not ready: others may be.
+/// Its readiness. A configured endpoint that is not reached is reported, but does not make it unready: others may be
+/// reached.
 fn ready(subject: &dyn Subject) -> HealthCondition {
     let HealthCondition { well, words } = subject.ready();
     HealthCondition { well, words: with_unreachable(&words, "; ") }
 }
 
-async fn metrics(State(subject): State<Arc<dyn Subject>>) -> Response {
-    match subject.metrics() {
+/// The response to a request for metrics.
+#[must_use]
+pub fn metrics_response(metrics: Result<String, std::fmt::Error>) -> Response {
+    match metrics {
         Ok(metrics) => respond(StatusCode::OK, OPEN_METRICS, metrics),
         Err(error) => text(StatusCode::INTERNAL_SERVER_ERROR, &error.to_string()),
     }
@@ -199,7 +211,9 @@ async fn unknown(method: Method) -> Response {
     ([(ALLOW, "GET, HEAD")], refused).into_response()
 }
 
-fn of_condition(condition: &HealthCondition) -> Response {
+/// The response to a request for a condition: 200 if it is healthy, otherwise 503.
+#[must_use]
+pub fn condition_response(condition: &HealthCondition) -> Response {
     let status = if condition.well { StatusCode::OK } else { StatusCode::SERVICE_UNAVAILABLE };
     text(status, &condition.words)
 }

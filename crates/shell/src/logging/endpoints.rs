@@ -92,17 +92,7 @@ fn no_connection(endpoint: &str, reason: &str) -> String {
 
 /// The reason without places in Zenoh's source, the time of the attempt, and what repeats the endpoint.
 fn reason_of(endpoint: &str, words: &str) -> String {
-    let mut kept = Vec::new();
-    let mut words = words.split(' ').peekable();
-    while let Some(word) = words.next() {
-        match word {
-            "at" if words.peek().is_some_and(|place| place.contains(".rs:")) => {
-                words.next();
-            }
-            word => kept.push(word),
-        }
-    }
-    let kept = kept.join(" ");
+    let kept = session::without_source_locations(words);
     let reason = kept.split(": verification time").next().unwrap_or(&kept);
     let reason = reason.split_once(": [").map_or(reason, |(_, inner)| inner);
     let address = endpoint.split_once('/').map_or(endpoint, |(_, address)| address);

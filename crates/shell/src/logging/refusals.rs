@@ -58,7 +58,7 @@ where
     RefusalLayer { sender, names: Mutex::default() }.with_filter(interesting)
 }
 
-/// What Zenoh's log tells.
+/// An event found in Zenoh's log.
 enum Report {
     /// A refusal to be logged.
     Refusal(String),

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn when_the_process_ends_nobody_is_missed() {
+    async fn a_thread_that_ends_with_the_process_is_not_reported() {
         let (trigger, crew) = crew();
         let (end, ending) = std::sync::mpsc::channel::<()>();
         let until_told = move |_: &Lane| assert!(ending.recv().is_err());

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use observer::ComponentId;
 use vocabulary::{Divergences, FaultState, FaultTransition, FreezeFrame, Identification};
 
-use super::effect::ModelEffect;
+use super::ModelEffect;
 
 /// Most divergences kept.
 const LATEST: usize = 600;

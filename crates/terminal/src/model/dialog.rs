@@ -1,11 +1,11 @@
 //! The dialog for an order: duration, reason, and a confirmation of the command.
 
 use observer::{ComponentId, OrderRequest};
+use ratatui::crossterm::event::KeyCode;
 use vocabulary::words::printable;
 use vocabulary::{Order, OrderKind};
 
-use super::key::KeyPress;
-use crate::settings::OrderIssuer;
+use crate::OrderIssuer;
 
 /// Default duration of shelving.
 const USUAL_SPAN: &str = "2h";
@@ -46,21 +46,25 @@ impl Dialog {
         Self { subject, kind, issuer, stage, span, note, problem }
     }
 
-    pub(crate) fn on_key(&mut self, key: KeyPress) -> Turn {
+    pub(crate) fn on_key(&mut self, key: KeyCode) -> Turn {
         match key {
-            KeyPress::Esc => return Turn::Cancel,
-            KeyPress::Enter => return self.next(),
-            KeyPress::Char(character) => {
+            KeyCode::Esc => return Turn::Cancel,
+            KeyCode::Enter => return self.next(),
+            KeyCode::Char(character) => {
                 self.text().into_iter().for_each(|text| text.push(character))
             }
-            KeyPress::Backspace => {
+            KeyCode::Backspace => {
                 self.text().map(String::pop);
             }
-            KeyPress::Control('u') => self.text().into_iter().for_each(String::clear),
-            KeyPress::Up | KeyPress::BackTab => self.back(),
+            KeyCode::Up | KeyCode::BackTab => self.back(),
             _ => {}
         }
         Turn::Stay
+    }
+
+    /// Clears the line being typed.
+    pub(crate) fn clear_line(&mut self) {
+        self.text().into_iter().for_each(String::clear);
     }
 
     fn text(&mut self) -> Option<&mut String> {
@@ -155,8 +159,8 @@ mod tests {
     }
 
     fn typed(dialog: &mut Dialog, text: &str) -> Turn {
-        text.chars().for_each(|c| drop(dialog.on_key(KeyPress::Char(c))));
-        dialog.on_key(KeyPress::Enter)
+        text.chars().for_each(|c| drop(dialog.on_key(KeyCode::Char(c))));
+        dialog.on_key(KeyCode::Enter)
     }
 
     #[test]
@@ -165,7 +169,7 @@ mod tests {
         assert_eq!(typed(&mut dialog, "seen"), Turn::Stay);
         assert_eq!(dialog.stage, Stage::Confirm);
         assert_eq!(dialog.words(), "acknowledge m1/sensor/g2 of tower by ada: seen");
-        let Turn::Send(given) = dialog.on_key(KeyPress::Enter) else { panic!("{dialog:?}") };
+        let Turn::Send(given) = dialog.on_key(KeyCode::Enter) else { panic!("{dialog:?}") };
         assert_eq!((given.order.by.as_str(), given.order.note.as_deref()), ("ada", Some("seen")));
         assert_eq!((given.kind, given.order.for_s), (OrderKind::Acknowledge, None));
     }
@@ -178,21 +182,21 @@ mod tests {
             dialog.problem.as_deref(),
             Some("invalid time span `2hx`: expected e.g. 90min, 2h or 1d")
         );
-        dialog.on_key(KeyPress::Control('u'));
+        dialog.clear_line();
         typed(&mut dialog, "90min");
         assert_eq!((dialog.stage, &dialog.problem), (Stage::Note, &None));
         typed(&mut dialog, " ");
         assert_eq!(dialog.problem.as_deref(), Some("a reason is needed: type why"));
         typed(&mut dialog, "painting");
         assert_eq!(dialog.words(), "shelve m1/sensor/g2 of tower for 90min by ada: painting");
-        let Turn::Send(given) = dialog.on_key(KeyPress::Enter) else { panic!("{dialog:?}") };
+        let Turn::Send(given) = dialog.on_key(KeyCode::Enter) else { panic!("{dialog:?}") };
         assert_eq!(given.order.for_s, Some(5400));
     }
 
     #[test]
     fn a_time_that_no_diagnoser_takes_is_refused_before_anything_is_sent() {
         let mut dialog = dialog(OrderKind::Shelve);
-        dialog.on_key(KeyPress::Control('u'));
+        dialog.clear_line();
         typed(&mut dialog, "40d");
         typed(&mut dialog, "painting");
         let problem = dialog.problem.clone().unwrap();
@@ -204,6 +208,6 @@ mod tests {
     fn escape_sends_nothing() {
         let mut dialog = dialog(OrderKind::Reset);
         typed(&mut dialog, "repaired");
-        assert_eq!(dialog.on_key(KeyPress::Esc), Turn::Cancel);
+        assert_eq!(dialog.on_key(KeyCode::Esc), Turn::Cancel);
     }
 }

@@ -21,7 +21,7 @@ impl ComponentHistory {
         Self { subject, entries: Fetched::Awaited, lacks: None, place: 0 }
     }
 
-    pub(crate) fn take(&mut self, history: &ModuleHistory) {
+    pub(crate) fn accept(&mut self, history: &ModuleHistory) {
         let notes = history.notes().join("; ");
         self.lacks = Some(notes.clone()).filter(|notes| !notes.is_empty());
         if !history.answered() {

@@ -1,23 +1,39 @@
 //! The effect of each key.
 
 use observer::{ComponentId, ModuleId, RowId};
+use ratatui::crossterm::event::KeyCode;
 use vocabulary::OrderKind;
 use vocabulary::words::Tone;
 
+use super::ModelEffect;
 use super::close_up::CloseUp;
 use super::dialog::{Dialog, Turn};
-use super::effect::ModelEffect;
 use super::history::ComponentHistory;
-use super::{KeyPress, Model, Notice, Pane};
+use super::{Model, Notice, Pane};
+
+/// Rows per page.
+const PAGE: isize = 10;
 
 impl Model {
-    /// Handles a key.
-    pub(crate) fn on_key(&mut self, key: KeyPress) -> Vec<ModelEffect> {
-        match key {
-            KeyPress::Control('c') => return vec![ModelEffect::Quit],
-            KeyPress::Control('z') => return vec![ModelEffect::Suspend],
+    /// Handles a letter with the control key: quits, suspends, or clears the line being typed.
+    pub(crate) fn on_control(&mut self, letter: char) -> Vec<ModelEffect> {
+        match letter {
+            'c' => return vec![ModelEffect::Quit],
+            'z' => return vec![ModelEffect::Suspend],
+            'u' => {
+                if let Some(dialog) = &mut self.dialog {
+                    dialog.clear_line();
+                } else if self.types_filter {
+                    self.filter.clear();
+                }
+            }
             _ => {}
         }
+        Vec::new()
+    }
+
+    /// Handles a key.
+    pub(crate) fn on_key(&mut self, key: KeyCode) -> Vec<ModelEffect> {
         if self.dialog.is_some() {
             self.word_order(key)
         } else if self.types_filter {
@@ -31,23 +47,23 @@ impl Model {
         }
     }
 
-    fn command(&mut self, key: KeyPress) -> Vec<ModelEffect> {
+    fn command(&mut self, key: KeyCode) -> Vec<ModelEffect> {
         match key {
-            KeyPress::Char('q') => return vec![ModelEffect::Quit],
-            KeyPress::Char('?') => self.helps = true,
-            KeyPress::Char('f' | ' ') => self.freeze(),
-            KeyPress::Char('/') if !self.is_close() => self.types_filter = true,
-            KeyPress::Char('a') => self.begin(OrderKind::Acknowledge),
-            KeyPress::Char('r') => self.begin(OrderKind::Reset),
-            KeyPress::Char('s') => self.begin(OrderKind::Shelve),
-            KeyPress::Char('u') => self.begin(OrderKind::Unshelve),
-            KeyPress::Char('h') => return self.open_journal(),
-            KeyPress::Enter => return self.open(),
-            KeyPress::Esc => return self.back(),
-            KeyPress::Tab => self.pane = after(self.pane),
-            KeyPress::BackTab => self.pane = after(after(self.pane)),
+            KeyCode::Char('q') => return vec![ModelEffect::Quit],
+            KeyCode::Char('?') => self.helps = true,
+            KeyCode::Char('f' | ' ') => self.freeze(),
+            KeyCode::Char('/') if !self.is_close() => self.types_filter = true,
+            KeyCode::Char('a') => self.begin(OrderKind::Acknowledge),
+            KeyCode::Char('r') => self.begin(OrderKind::Reset),
+            KeyCode::Char('s') => self.begin(OrderKind::Shelve),
+            KeyCode::Char('u') => self.begin(OrderKind::Unshelve),
+            KeyCode::Char('h') => return self.open_journal(),
+            KeyCode::Enter => return self.open(),
+            KeyCode::Esc => return self.back(),
+            KeyCode::Tab => self.pane = after(self.pane),
+            KeyCode::BackTab => self.pane = after(after(self.pane)),
             _ => {
-                if let Some(by) = key.step() {
+                if let Some(by) = rows_moved(key) {
                     self.notice = None;
                     self.step(by);
                 }
@@ -169,15 +185,14 @@ impl Model {
         Vec::new()
     }
 
-    fn type_filter(&mut self, key: KeyPress) {
+    fn type_filter(&mut self, key: KeyCode) {
         match key {
-            KeyPress::Char(character) => self.filter.push(character),
-            KeyPress::Backspace => {
+            KeyCode::Char(character) => self.filter.push(character),
+            KeyCode::Backspace => {
                 self.filter.pop();
             }
-            KeyPress::Control('u') => self.filter.clear(),
-            KeyPress::Enter => (self.types_filter, self.pane) = (false, Pane::Faults),
-            KeyPress::Esc => {
+            KeyCode::Enter => (self.types_filter, self.pane) = (false, Pane::Faults),
+            KeyCode::Esc => {
                 self.types_filter = false;
                 self.filter.clear();
             }
@@ -201,7 +216,7 @@ impl Model {
         }
     }
 
-    fn word_order(&mut self, key: KeyPress) -> Vec<ModelEffect> {
+    fn word_order(&mut self, key: KeyCode) -> Vec<ModelEffect> {
         let Some(dialog) = &mut self.dialog else { return Vec::new() };
         match dialog.on_key(key) {
             Turn::Stay => Vec::new(),
@@ -216,6 +231,19 @@ impl Model {
                 vec![ModelEffect::Order(*request)]
             }
         }
+    }
+}
+
+/// The number of rows by which the key moves a selection, if it does.
+fn rows_moved(key: KeyCode) -> Option<isize> {
+    match key {
+        KeyCode::Up | KeyCode::Char('k') => Some(-1),
+        KeyCode::Down | KeyCode::Char('j') => Some(1),
+        KeyCode::PageUp => Some(-PAGE),
+        KeyCode::PageDown => Some(PAGE),
+        KeyCode::Home | KeyCode::Char('g') => Some(isize::MIN),
+        KeyCode::End | KeyCode::Char('G') => Some(isize::MAX),
+        _ => None,
     }
 }
 

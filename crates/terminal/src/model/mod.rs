@@ -7,37 +7,87 @@
 //! | `close_up` | the close-up of one component |
 //! | `history` | its history |
 //! | `dialog` | the dialog for an order |
-//! | `notice` | the outcome of an order |
-//! | `key` | keys |
-//! | `effect` | effects outside the model, and their results |
 //! | `keys` | the effect of each key |
 
 pub(crate) mod close_up;
 mod cursor;
 pub(crate) mod dialog;
-pub(crate) mod effect;
 pub(crate) mod history;
-mod key;
 mod keys;
-mod notice;
 mod rows;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 
-use observer::{ComponentId, ModuleId, NetworkState, RowId, Scene, StateRow};
+use observer::{
+    ComponentId, ModuleHistory, ModuleId, ModuleView, NetworkState, OrderOutcome, OrderRequest,
+    RowId, Scene, StateRow,
+};
+use vocabulary::words::Tone;
+use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
-use crate::settings::ViewSettings;
+use crate::ViewSettings;
 use close_up::{CloseUp, Fetched};
 use cursor::RowCursor;
 use dialog::Dialog;
-use effect::{ModelEffect, TaskResult};
 use history::ComponentHistory;
 
-pub(crate) use key::KeyPress;
-pub(crate) use notice::Notice;
-use rows::{listed, modules};
+use rows::listed;
+
+/// An effect to be carried out outside the model.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum ModelEffect {
+    /// Send an order.
+    Order(OrderRequest),
+    /// Request the freeze frame of a component's present fault.
+    Frame(Box<FaultTransition>),
+    /// Request the kind of a component's fault.
+    Identification(ComponentId),
+    /// Request the journal of a component's module.
+    History(ComponentId),
+    /// Subscribe to the divergences of this module only.
+    Listen(Option<ModuleId>),
+    /// Restore the terminal until the process is continued.
+    Suspend,
+    /// Quit.
+    Quit,
+}
+
+/// The result of an effect. Reasons may be texts from other processes.
+#[derive(Debug, Clone)]
+pub(crate) enum TaskResult {
+    Order(OrderRequest, OrderOutcome),
+    Frame(ComponentId, Result<Box<FreezeFrame>, String>),
+    Identification(ComponentId, Result<Option<Box<Identification>>, String>),
+    History(ComponentId, Box<ModuleHistory>),
+    Divergences(Box<Divergences>),
+}
+
+/// The outcome of the latest input, on one line, and its severity.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Notice {
+    pub(crate) tone: Tone,
+    pub(crate) text: String,
+}
+
+impl Notice {
+    pub(crate) fn refusal(reason: impl Into<String>) -> Self {
+        Self { tone: Tone::Doubt, text: reason.into() }
+    }
+
+    /// The order was sent.
+    pub(crate) fn sent(request: &OrderRequest) -> Self {
+        let (kind, subject) = (request.kind.as_str(), request.subject());
+        Self { tone: Tone::Explained, text: format!("sent: {kind} {subject}; no answer yet") }
+    }
+
+    /// The outcome of the order.
+    pub(crate) fn ended(request: &OrderRequest, outcome: &OrderOutcome) -> Self {
+        let text = outcome.words(request.kind, &request.subject());
+        Self { tone: outcome.tone(), text }
+    }
+}
 
 /// The list that the keys move in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,7 +175,7 @@ impl Model {
     }
 
     pub(crate) fn modules(&self) -> Vec<ModuleId> {
-        modules(self.shown())
+        self.shown().modules.iter().map(ModuleView::id).collect()
     }
 
     pub(crate) fn fault_place(&self, rows: &[RowId]) -> usize {
@@ -173,7 +223,7 @@ impl Model {
             }
             TaskResult::History(of, history) => {
                 if let Some(journal) = self.journal_of(&of) {
-                    journal.take(&history);
+                    journal.accept(&history);
                 }
             }
             TaskResult::Divergences(message) => {

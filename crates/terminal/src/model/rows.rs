@@ -19,11 +19,6 @@ pub(crate) fn listed(scene: &Scene, filter: &str, scope: Option<&ModuleId>) -> V
     listed
 }
 
-/// The modules.
-pub(crate) fn modules(scene: &Scene) -> Vec<ModuleId> {
-    scene.modules.iter().map(ModuleView::id).collect()
-}
-
 /// Whether a text contains every word of the filter, ignoring case.
 fn admits(filter: &str, text: &str) -> bool {
     let text = text.to_lowercase();
@@ -73,7 +68,7 @@ mod tests {
             heard("m1", vec![state("m1/sensor/g1", FaultState::Normal, 1)]),
             heard("m2", vec![state("m2/sensor/g1", FaultState::Latched, 1)]),
         ]);
-        let scope = modules(&scene).swap_remove(0);
+        let scope = scene.modules[0].id();
         let only = listed(&scene, "", Some(&scope));
         let own = RowId::Component(ComponentId::of(&scene.modules[0].components[0]));
         assert_eq!(only.iter().map(StateRow::id).collect::<Vec<_>>(), [own]);

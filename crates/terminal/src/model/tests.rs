@@ -1,12 +1,12 @@
 //! What sequences of keys, scenes and answers lead to.
 
+use ratatui::crossterm::event::KeyCode;
 use vocabulary::{FaultState, Obeyed, OrderKind};
 
 use observer::{ModuleHistory, OrderOutcome, QueryError};
 
-use super::effect::{ModelEffect, TaskResult};
 use super::*;
-use crate::settings::OrderIssuer;
+use crate::OrderIssuer;
 use crate::testing::{NOW, SECOND, heard, latched, scene, settings, state};
 
 fn tower() -> Arc<Scene> {
@@ -29,12 +29,12 @@ fn keys(model: &mut Model, text: &str) -> Vec<ModelEffect> {
     text.chars().flat_map(|character| model.on_key(key(character))).collect()
 }
 
-fn key(character: char) -> KeyPress {
+fn key(character: char) -> KeyCode {
     match character {
-        '\n' => KeyPress::Enter,
-        '\t' => KeyPress::Tab,
-        '\x1b' => KeyPress::Esc,
-        other => KeyPress::Char(other),
+        '\n' => KeyCode::Enter,
+        '\t' => KeyCode::Tab,
+        '\x1b' => KeyCode::Esc,
+        other => KeyCode::Char(other),
     }
 }
 
@@ -84,7 +84,7 @@ fn a_frame_that_is_not_there_yet_is_asked_for_again_and_one_that_is_there_is_not
 }
 
 #[test]
-fn over_a_new_session_it_listens_again_to_what_is_looked_at() {
+fn a_new_session_subscribes_again_to_the_shown_signals() {
     let mut model = model();
     keys(&mut model, "\n");
     let lost = Scene { network: NetworkState::Closed, ..(*tower()).clone() };
@@ -131,7 +131,7 @@ fn letters_typed_into_a_note_are_no_commands() {
 }
 
 #[test]
-fn who_may_give_no_orders_is_refused_with_the_reason() {
+fn commands_are_refused_with_the_reason_without_permission() {
     let refused =
         ViewSettings { issuer: Err("the certificate is an observer's".to_owned()), ..settings() };
     let mut model = Model::new(refused, NOW);
@@ -210,6 +210,6 @@ fn q_and_control_c_end_it_and_control_z_suspends_it() {
     let mut model = model();
     assert_eq!(keys(&mut model, "q"), [ModelEffect::Quit]);
     keys(&mut model, "a");
-    assert_eq!(model.on_key(KeyPress::Control('c')), [ModelEffect::Quit]);
-    assert_eq!(model.on_key(KeyPress::Control('z')), [ModelEffect::Suspend]);
+    assert_eq!(model.on_control('c'), [ModelEffect::Quit]);
+    assert_eq!(model.on_control('z'), [ModelEffect::Suspend]);
 }

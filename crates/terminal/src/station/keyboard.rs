@@ -6,15 +6,15 @@ use std::thread;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers, read};
 use tokio::sync::mpsc::{Receiver, channel};
 
-use crate::model::KeyPress;
-
 /// Capacity of the key queue.
 const QUEUE: usize = 256;
 
 /// Input from the terminal.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub(super) enum KeyboardInput {
-    Press(KeyPress),
+    Press(KeyCode),
+    /// A letter with the control key.
+    Control(char),
     Resized,
     Broken(String),
 }
@@ -50,53 +50,37 @@ fn inputs(event: &Event) -> Vec<KeyboardInput> {
 
 /// Terminals send the same sequence for Alt with a key as for Esc followed by that key; it is read as the latter.
 fn keys(event: KeyEvent) -> Vec<KeyboardInput> {
-    let escape = event.modifiers.contains(KeyModifiers::ALT).then_some(KeyPress::Esc);
-    escape.into_iter().chain(key(event)).map(KeyboardInput::Press).collect()
-}
-
-fn key(event: KeyEvent) -> Option<KeyPress> {
-    Some(match event.code {
-        KeyCode::Char(character) if event.modifiers.contains(KeyModifiers::CONTROL) => {
-            KeyPress::Control(character)
+    let escape = event.modifiers.contains(KeyModifiers::ALT).then_some(KeyCode::Esc);
+    let key = match event.code {
+        KeyCode::Char(letter) if event.modifiers.contains(KeyModifiers::CONTROL) => {
+            Some(KeyboardInput::Control(letter))
         }
-        KeyCode::Char(character) if vocabulary::is_printable(character) => {
-            KeyPress::Char(character)
-        }
-        KeyCode::Up => KeyPress::Up,
-        KeyCode::Down => KeyPress::Down,
-        KeyCode::PageUp => KeyPress::PageUp,
-        KeyCode::PageDown => KeyPress::PageDown,
-        KeyCode::Home => KeyPress::Home,
-        KeyCode::End => KeyPress::End,
-        KeyCode::Enter => KeyPress::Enter,
-        KeyCode::Esc => KeyPress::Esc,
-        KeyCode::Tab => KeyPress::Tab,
-        KeyCode::BackTab => KeyPress::BackTab,
-        KeyCode::Backspace => KeyPress::Backspace,
-        _ => return None,
-    })
+        KeyCode::Char(character) if !vocabulary::is_printable(character) => None,
+        other => Some(KeyboardInput::Press(other)),
+    };
+    escape.map(KeyboardInput::Press).into_iter().chain(key).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn read_as(code: KeyCode, modifiers: KeyModifiers) -> Vec<KeyPress> {
-        let inputs = inputs(&Event::Key(KeyEvent::new(code, modifiers)));
-        let key = |input| if let KeyboardInput::Press(key) = input { Some(key) } else { None };
-        inputs.into_iter().filter_map(key).collect()
+    use super::KeyboardInput::{Control, Press};
+
+    fn read_as(code: KeyCode, modifiers: KeyModifiers) -> Vec<KeyboardInput> {
+        inputs(&Event::Key(KeyEvent::new(code, modifiers)))
     }
 
     #[test]
     fn escape_and_a_key_in_one_go_are_two_keys() {
         let read = read_as(KeyCode::Char('f'), KeyModifiers::ALT);
-        assert_eq!(read, [KeyPress::Esc, KeyPress::Char('f')]);
+        assert_eq!(read, [Press(KeyCode::Esc), Press(KeyCode::Char('f'))]);
     }
 
     #[test]
     fn control_keys_are_no_letters_and_invisible_characters_are_nothing() {
-        assert_eq!(read_as(KeyCode::Char('c'), KeyModifiers::CONTROL), [KeyPress::Control('c')]);
-        assert_eq!(read_as(KeyCode::Char('G'), KeyModifiers::SHIFT), [KeyPress::Char('G')]);
+        assert_eq!(read_as(KeyCode::Char('c'), KeyModifiers::CONTROL), [Control('c')]);
+        assert_eq!(read_as(KeyCode::Char('G'), KeyModifiers::SHIFT), [Press(KeyCode::Char('G'))]);
         assert_eq!(read_as(KeyCode::Char('\u{202e}'), KeyModifiers::NONE), []);
     }
 }

@@ -22,9 +22,8 @@ use shell::clock::unix_ns;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use zenoh::Session;
 
-use crate::model::Model;
-use crate::model::effect::ModelEffect;
-use crate::settings::ViewSettings;
+use crate::ViewSettings;
+use crate::model::{Model, ModelEffect};
 use keyboard::KeyboardInput;
 use screen::Screen;
 use signals::{ProcessSignal, ProcessSignals};
@@ -108,12 +107,15 @@ impl Station {
                     ProcessSignal::End => return Ok(()),
                     ProcessSignal::Suspend => LoopControl::Suspend,
                     ProcessSignal::Continued => {
-                        screen.take_again()?;
+                        screen.enter_again()?;
                         LoopControl::Go
                     }
                 },
                 input = keys.recv() => match input {
                     Some(KeyboardInput::Press(key)) => self.carry_out(|model| model.on_key(key)),
+                    Some(KeyboardInput::Control(letter)) => {
+                        self.carry_out(|model| model.on_control(letter))
+                    }
                     Some(KeyboardInput::Resized) => LoopControl::Go,
                     Some(KeyboardInput::Broken(reason)) => return Err(ViewError::Keyboard(reason)),
                     None => return Err(ViewError::Keyboard("it is closed".to_owned())),

@@ -40,15 +40,15 @@ impl Screen {
             let former = panic::take_hook();
             panic::set_hook(Box::new(move |what| {
                 PANICKED.store(true, Ordering::Release);
-                give_back();
+                leave();
                 former(what);
             }));
         });
-        take().inspect_err(|_| give_back())?;
+        enter().inspect_err(|_| leave())?;
         match Terminal::new(CrosstermBackend::new(stdout())) {
             Ok(terminal) => Ok(Self { terminal }),
             Err(error) => {
-                give_back();
+                leave();
                 Err(error)
             }
         }
@@ -61,14 +61,14 @@ impl Screen {
 
     /// Restores the terminal and stops until the process is continued.
     pub(super) fn suspend(&mut self) -> io::Result<()> {
-        give_back();
+        leave();
         raise(Signal::SIGSTOP)?;
-        self.take_again()
+        self.enter_again()
     }
 
     /// Takes over the terminal again after other programs may have used it.
-    pub(super) fn take_again(&mut self) -> io::Result<()> {
-        take()?;
+    pub(super) fn enter_again(&mut self) -> io::Result<()> {
+        enter()?;
         // Redraws everything. `clear` would query the cursor's position, and the keyboard thread would consume the
         // reply.
         let size = self.terminal.size()?;
@@ -78,17 +78,17 @@ impl Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        give_back();
+        leave();
     }
 }
 
-fn take() -> io::Result<()> {
+fn enter() -> io::Result<()> {
     enable_raw_mode()?;
     execute!(stdout(), EnterAlternateScreen, Hide)
 }
 
 /// Restores as much as possible: the terminal may be gone.
-fn give_back() {
+fn leave() {
     let _ = execute!(stdout(), Show, LeaveAlternateScreen);
     let _ = disable_raw_mode();
     let _ = stdout().flush();

@@ -1,19 +1,19 @@
 //! Orders and queries to modules, each a task whose result is queued here.
 
+use std::future::Future;
 use std::time::Duration;
 
-use observer::{
-    ComponentId, DivergenceFeed, ModuleHistory, ModuleId, OrderOutcome, OrderRequest, QueryError,
-};
+use observer::{ComponentId, DivergenceFeed, ModuleHistory, ModuleId, OrderOutcome, QueryError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
-use vocabulary::{FaultTransition, FreezeFrame};
 use zenoh::Session;
 
-use crate::model::effect::{ModelEffect, TaskResult};
+use crate::model::{ModelEffect, TaskResult};
 
 /// Capacity of the result queue.
 const QUEUE: usize = 256;
+/// The outcome of every task before a session is open.
+const NO_NETWORK: &str = "the network is not connected";
 
 /// All tasks in progress; dropping this aborts them.
 pub(super) struct Tasks {
@@ -38,33 +38,37 @@ impl Tasks {
     /// Starts an effect without blocking.
     pub(super) fn send(&mut self, effect: ModelEffect, session: Option<Session>) {
         while self.tasks.try_join_next().is_some() {}
-        let (outlet, timeout) = (self.outlet.clone(), self.timeout);
+        let timeout = self.timeout;
         match effect {
             ModelEffect::Listen(whom) => self.listen(whom, session),
-            ModelEffect::Order(request) => {
-                self.tasks.spawn(async move {
-                    let outcome = order(session, &request, timeout).await;
-                    let _ = outlet.send(TaskResult::Order(request, outcome)).await;
-                });
-            }
-            ModelEffect::Frame(fault) => {
-                self.tasks.spawn(async move {
-                    let frame = frame(session, &fault, timeout).await.map(Box::new);
-                    let _ = outlet.send(TaskResult::Frame(ComponentId::of(&fault), frame)).await;
-                });
-            }
+            ModelEffect::Order(request) => self.start(async move {
+                let outcome = match session {
+                    Some(session) => observer::order(&session, &request, timeout).await.into(),
+                    None => OrderOutcome::not_sent(NO_NETWORK),
+                };
+                TaskResult::Order(request, outcome)
+            }),
+            ModelEffect::Frame(fault) => self.start(async move {
+                let frame = match session {
+                    Some(session) => observer::freeze_frame_of(&session, &fault, timeout).await,
+                    None => Err(NO_NETWORK.to_owned()),
+                };
+                TaskResult::Frame(ComponentId::of(&fault), frame.map(Box::new))
+            }),
             ModelEffect::Identification(subject) => {
-                self.tasks.spawn(async move {
-                    let _ = outlet.send(identification(session, subject, timeout).await).await;
-                });
+                self.start(identification(session, subject, timeout));
             }
-            ModelEffect::History(subject) => {
-                self.tasks.spawn(async move {
-                    let _ = outlet.send(history(session, subject, timeout).await).await;
-                });
-            }
+            ModelEffect::History(subject) => self.start(history(session, subject, timeout)),
             ModelEffect::Suspend | ModelEffect::Quit => {}
         }
+    }
+
+    fn start(&mut self, task: impl Future<Output = TaskResult> + Send + 'static) {
+        let outlet = self.outlet.clone();
+        self.tasks.spawn(async move {
+            // The receiver is gone when the view ends.
+            let _ = outlet.send(task.await).await;
+        });
     }
 
     /// Subscribes to divergences, which a diagnoser publishes only while there is a subscriber.
@@ -92,47 +96,20 @@ impl Tasks {
     }
 }
 
-fn no_network() -> String {
-    "the network is not connected".to_owned()
-}
-
-async fn order(
-    session: Option<Session>,
-    request: &OrderRequest,
-    timeout: Duration,
-) -> OrderOutcome {
-    let Some(session) = session else { return OrderOutcome::not_sent(&no_network()) };
-    observer::order(&session, request, timeout).await.into()
-}
-
-/// The freeze frame of a component's present fault.
-async fn frame(
-    session: Option<Session>,
-    fault: &FaultTransition,
-    timeout: Duration,
-) -> Result<FreezeFrame, String> {
-    let session = session.ok_or_else(no_network)?;
-    observer::freeze_frame_of(&session, fault, timeout).await
-}
-
-fn why(error: QueryError) -> String {
-    match error {
-        QueryError::Unanswered(_) => "its module does not provide one".to_owned(),
-        other => other.to_string(),
-    }
-}
-
 async fn identification(
     session: Option<Session>,
     subject: ComponentId,
     timeout: Duration,
 ) -> TaskResult {
-    let Some(session) = session else {
-        return TaskResult::Identification(subject, Err(no_network()));
+    let found = match session {
+        Some(session) => {
+            let ComponentId { structure, component } = &subject;
+            let found = observer::identification(&session, structure, component, timeout).await;
+            found.map(|found| found.map(Box::new)).map_err(|error| error.to_string())
+        }
+        None => Err(NO_NETWORK.to_owned()),
     };
-    let found =
-        observer::identification(&session, &subject.structure, &subject.component, timeout).await;
-    TaskResult::Identification(subject, found.map(|found| found.map(Box::new)).map_err(why))
+    TaskResult::Identification(subject, found)
 }
 
 async fn history(session: Option<Session>, subject: ComponentId, timeout: Duration) -> TaskResult {
@@ -140,7 +117,7 @@ async fn history(session: Option<Session>, subject: ComponentId, timeout: Durati
     let history = match session {
         Some(session) => observer::history(&session, structure, module, 1, timeout).await,
         None => {
-            let broken_off = Some(QueryError::NotAsked(no_network()));
+            let broken_off = Some(QueryError::NotAsked(NO_NETWORK.to_owned()));
             ModuleHistory { broken_off, ..ModuleHistory::new(structure, module, 1) }
         }
     };

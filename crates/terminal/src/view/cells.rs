@@ -2,8 +2,9 @@
 
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
-use ratatui::style::Style;
+use ratatui::style::{Modifier, Style};
 use ratatui::text::Span;
+use vocabulary::words::Tone;
 
 use super::palette::Palette;
 
@@ -42,8 +43,43 @@ impl Cells<'_> {
         self.text(place, line, text, style);
     }
 
+    /// Draws a table: its heading and, of the rows below it, those around the selected one, which is highlighted in the
+    /// active table. `texts` begins with the heading, `tones` with the first row. Columns are as wide as needed, at most
+    /// `most`; the last one takes the remaining width. Columns without text are left out, except the first.
+    pub(super) fn table<const N: usize>(
+        &mut self,
+        area: Rect,
+        (texts, most): (&[[String; N]], [u16; N]),
+        tones: &[Tone],
+        (selected, is_active): (usize, bool),
+    ) {
+        let widths = widths(texts, most);
+        let is_shown = |place: usize| place == 0 || place + 1 == N || widths[place] > 0;
+        let columns = |texts: &[String; N]| -> Vec<(String, u16)> {
+            let columns = texts.iter().cloned().zip(widths).enumerate();
+            columns.filter(|(place, _)| is_shown(*place)).map(|(_, column)| column).collect()
+        };
+        let height = usize::from(area.height).saturating_sub(1);
+        let first = (selected + 1).saturating_sub(height);
+        self.row(area, 0, &columns(&texts[0]), self.palette.heading(is_active));
+        let rows = texts[1..].iter().zip(tones).enumerate().skip(first).take(height);
+        for (line, (number, (texts, tone))) in (1..).zip(rows) {
+            let mut style = self.palette.tone(*tone);
+            if is_active && number == selected {
+                style = style.add_modifier(Modifier::REVERSED);
+            }
+            self.row(area, line, &columns(texts), style);
+        }
+    }
+
     /// Draws a table row with columns of these widths; the last column takes the remaining width.
-    pub(super) fn row(&mut self, area: Rect, line: u16, cells: &[(&str, u16)], style: Style) {
+    pub(super) fn row(
+        &mut self,
+        area: Rect,
+        line: u16,
+        cells: &[(impl AsRef<str>, u16)],
+        style: Style,
+    ) {
         if line >= area.height {
             return;
         }
@@ -54,14 +90,14 @@ impl Cells<'_> {
             let rest = (area.x + area.width).saturating_sub(left);
             let is_last = place + 1 == cells.len();
             let width = if is_last { rest } else { rest.min(*width) };
-            self.text(Rect { x: left, width, ..area }, line, text, style);
+            self.text(Rect { x: left, width, ..area }, line, text.as_ref(), style);
             left += width + GAP;
         }
     }
 }
 
 /// The column widths that these rows need, at most `most`.
-pub(super) fn widths<const N: usize>(rows: &[[String; N]], most: [u16; N]) -> [u16; N] {
+fn widths<const N: usize>(rows: &[[String; N]], most: [u16; N]) -> [u16; N] {
     std::array::from_fn(|column| {
         let needed = rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
         needed.min(most[column])

@@ -7,7 +7,7 @@ use vocabulary::words::{
 };
 use vocabulary::{FaultTransition, FreezeFrame, Trace};
 
-use super::age::age;
+use super::age;
 use super::cells::{Cells, folded, part};
 use super::palette::symbol;
 use super::plot::{self, Plot};

@@ -2,11 +2,10 @@
 
 use observer::{RowId, StateRow};
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
 use vocabulary::words::{Tone, printable};
 
-use super::age::age;
-use super::cells::{Cells, part, widths};
+use super::age;
+use super::cells::Cells;
 use super::palette::{module_symbol, symbol};
 use crate::model::{Model, Pane};
 
@@ -23,23 +22,12 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     if area.width < WIDE {
         texts.iter_mut().for_each(merge);
     }
-    let widths = widths(&texts, MOST);
-    put(area, 0, &texts[0], (widths, cells.palette.heading(is_active)), cells);
-    filter(model, area, cells);
-    let body = part(area, 1, area.height);
-    if rows.is_empty() {
-        cells.text(body, 0, &empty(model), cells.palette.dim());
-    }
+    let tones: Vec<Tone> = rows.iter().map(|row| row.tone).collect();
     let keys: Vec<RowId> = rows.iter().map(StateRow::id).collect();
-    let (place, height) = (model.fault_place(&keys), usize::from(body.height));
-    let first = (place + 1).saturating_sub(height);
-    let shown = rows.iter().zip(&texts[1..]).enumerate().skip(first).take(height);
-    for (line, (number, (row, texts))) in (0..).zip(shown) {
-        let mut style = cells.palette.tone(row.tone);
-        if is_active && number == place {
-            style = style.add_modifier(Modifier::REVERSED);
-        }
-        put(body, line, texts, (widths, style), cells);
+    cells.table(area, (&texts, MOST), &tones, (model.fault_place(&keys), is_active));
+    filter(model, area, cells);
+    if rows.is_empty() {
+        cells.text(area, 1, &empty(model), cells.palette.dim());
     }
 }
 
@@ -74,20 +62,6 @@ fn filter(model: &Model, area: Rect, cells: &mut Cells) {
         let filter = format!(" filter: {}{end} ", printable(&model.filter));
         cells.right(area, 0, &filter, cells.palette.tone(Tone::Doubt));
     }
-}
-
-fn put(
-    area: Rect,
-    line: u16,
-    texts: &[String; 6],
-    (widths, style): ([u16; 6], Style),
-    cells: &mut Cells,
-) {
-    let columns = texts.iter().map(String::as_str).zip(widths).enumerate();
-    // If the kind has no column, it is merged with the reason.
-    let columns = columns.filter(|(place, (_, width))| *place != 4 || *width > 0);
-    let columns: Vec<(&str, u16)> = columns.map(|(_, column)| column).collect();
-    cells.row(area, line, &columns, style);
 }
 
 /// The reason why the list is empty; never a claim of health without evidence.

@@ -7,8 +7,8 @@ use ratatui::layout::Rect;
 use ratatui::style::Modifier;
 use vocabulary::words::{Tone, printable};
 
-use super::age::span;
 use super::cells::Cells;
+use super::span;
 use crate::model::Model;
 
 /// A scene older than this is outdated \[ns\].

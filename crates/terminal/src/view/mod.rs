@@ -6,24 +6,20 @@
 //! | `module_table`, `fault_table`, `event_tail` | the main screen |
 //! | `close_up` | one component with its plots |
 //! | `history` | its history |
-//! | `help` | keys and symbols |
 //! | `dialog` | the dialog for an order |
-//! | `footer` | the outcome of the latest input, and the available keys |
+//! | `keys` | the footer with the available keys, and the help screen |
 //! | `plot` | one curve with a level and marks |
 //! | `palette` | symbols and colours |
 //! | `cells` | places text in cells |
-//! | `age` | formats ages |
 
-mod age;
 mod cells;
 mod close_up;
 mod dialog;
 mod event_tail;
 mod fault_table;
-mod footer;
 mod header;
-mod help;
 mod history;
+mod keys;
 mod module_table;
 mod palette;
 mod plot;
@@ -65,7 +61,7 @@ fn draw_in_utf8(model: &Model, area: Rect, buffer: &mut Buffer) {
     header::draw(model, part(area, 0, HEADER), &mut cells);
     let body = part(area, HEADER, area.height - HEADER - FOOTER);
     if model.helps {
-        help::draw(body, &mut cells);
+        keys::help(body, &mut cells);
     } else if let Some(journal) = &model.journal {
         history::draw(journal, body, &mut cells);
     } else if let Some(seen) = &model.close_up {
@@ -73,7 +69,7 @@ fn draw_in_utf8(model: &Model, area: Rect, buffer: &mut Buffer) {
     } else {
         lists(model, body, &mut cells);
     }
-    footer::draw(model, part(area, area.height - FOOTER, FOOTER), &mut cells);
+    keys::footer(model, part(area, area.height - FOOTER, FOOTER), &mut cells);
     if let Some(dialog) = &model.dialog {
         dialog::draw(dialog, area, &mut cells);
     }
@@ -88,4 +84,33 @@ fn lists(model: &Model, area: Rect, cells: &mut Cells) {
     module_table::draw(model, part(area, 0, above), cells);
     fault_table::draw(model, part(area, above, middle), cells);
     event_tail::draw(model, part(area, above + middle, below), cells);
+}
+
+/// An age in the largest unit that gives at least two: `12 s`, `3 min`, `5 h`, `2 d`.
+fn age(then_unix_ns: u64, now_unix_ns: u64) -> String {
+    span(now_unix_ns.saturating_sub(then_unix_ns))
+}
+
+/// A duration \[ns\] in the same format.
+fn span(ns: u64) -> String {
+    let seconds = ns / 1_000_000_000;
+    match seconds {
+        0..120 => format!("{seconds} s"),
+        120..7200 => format!("{} min", seconds / 60),
+        7200..172_800 => format!("{} h", seconds / 3600),
+        _ => format!("{} d", seconds / 86_400),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unit_suits_the_age() {
+        let of = |seconds: u64| span(seconds * 1_000_000_000);
+        let spans = [of(0), of(119), of(120), of(7200), of(200_000)];
+        assert_eq!(spans, ["0 s", "119 s", "2 min", "2 h", "2 d"]);
+        assert_eq!(age(5, 3), "0 s");
+    }
 }

@@ -2,11 +2,10 @@
 
 use observer::ModuleView;
 use ratatui::layout::Rect;
-use ratatui::style::{Modifier, Style};
 use vocabulary::words::{NOTHING, Tone, or_nothing};
 
-use super::age::age;
-use super::cells::{Cells, part, widths};
+use super::age;
+use super::cells::Cells;
 use super::palette::module_symbol;
 use crate::model::{Model, Pane};
 
@@ -14,41 +13,17 @@ use crate::model::{Model, Pane};
 const MOST: [u16; 7] = [1, 24, 19, 8, 12, 8, 0];
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
-    let (modules, is_active) = (model.modules(), model.pane == Pane::Modules);
+    let (modules, is_active) = (&model.shown().modules, model.pane == Pane::Modules);
     let heading = ["", "MODULE", "phase", "lag", "heard", "journal", "remarks"];
     let mut rows = vec![heading.map(str::to_owned)];
-    let (scene, now_unix_ns) = (model.shown(), model.shown_unix_ns());
-    let seen: Vec<&ModuleView> = modules.iter().filter_map(|whose| scene.view_of(whose)).collect();
-    rows.extend(seen.iter().map(|module| texts(module, now_unix_ns)));
-    let widths = widths(&rows, MOST);
-    put(area, 0, &rows[0], (widths, cells.palette.heading(is_active)), cells);
-    let body = part(area, 1, area.height);
+    rows.extend(modules.iter().map(|module| texts(module, model.shown_unix_ns())));
+    let tones: Vec<Tone> = modules.iter().map(ModuleView::tone).collect();
+    let place = model.module_place(&model.modules());
+    cells.table(area, (&rows, MOST), &tones, (place, is_active));
     if modules.is_empty() {
         let text = format!("no module answers yet at {}", model.settings.places);
-        cells.text(body, 0, &text, cells.palette.tone(Tone::Doubt));
+        cells.text(area, 1, &text, cells.palette.tone(Tone::Doubt));
     }
-    let place = model.module_place(&modules);
-    let lines = usize::from(body.height);
-    let first = (place + 1).saturating_sub(lines);
-    let shown = seen.iter().zip(&rows[1..]).enumerate().skip(first).take(lines);
-    for (line, (number, (module, texts))) in (0..).zip(shown) {
-        let mut style = cells.palette.tone(module.tone());
-        if is_active && number == place {
-            style = style.add_modifier(Modifier::REVERSED);
-        }
-        put(body, line, texts, (widths, style), cells);
-    }
-}
-
-fn put(
-    area: Rect,
-    line: u16,
-    texts: &[String; 7],
-    (widths, style): ([u16; 7], Style),
-    cells: &mut Cells,
-) {
-    let columns: Vec<(&str, u16)> = texts.iter().map(String::as_str).zip(widths).collect();
-    cells.row(area, line, &columns, style);
 }
 
 fn texts(module: &ModuleView, now_unix_ns: u64) -> [String; 7] {

@@ -11,7 +11,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    #[expect(clippy::unused_self, reason = "as the other styles are had")]
+    #[expect(clippy::unused_self, reason = "called like the other styles")]
     pub(super) fn plain(self) -> Style {
         Style::new()
     }

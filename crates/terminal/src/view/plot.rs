@@ -78,7 +78,7 @@ struct AxisRange {
 }
 
 impl AxisRange {
-    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    fn spanning(values: impl Iterator<Item = f64>) -> Option<Self> {
         let finite = values.filter(|value| value.is_finite());
         let range = finite.fold(None, |range: Option<AxisRange>, value| {
             let AxisRange { low, high } = range.unwrap_or(AxisRange { low: value, high: value });
@@ -116,9 +116,9 @@ pub(super) fn draw(plot: &Plot, area: Rect, cells: &mut Cells) {
     let points: Vec<_> =
         plot.points.iter().copied().filter(|(_, value)| value.is_finite()).collect();
     // Plots over the same steps stay aligned, even where values are undefined.
-    let steps = AxisRange::of(plot.points.iter().map(|(step, _)| *step));
+    let steps = AxisRange::spanning(plot.points.iter().map(|(step, _)| *step));
     let values = points.iter().chain(&plot.fitted).map(|(_, value)| *value);
-    let values = AxisRange::of(values.chain(plot.level));
+    let values = AxisRange::spanning(values.chain(plot.level));
     let (Some(steps), Some(values), false) = (steps, values, points.is_empty()) else {
         cells.text(inner, 0, &plot.otherwise, cells.palette.dim());
         return;

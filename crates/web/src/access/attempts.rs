@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_fails_often_waits_for_a_minute_and_nobody_else_does() {
+    fn a_peer_with_many_failures_waits_a_minute_and_others_do_not() {
         let (attempts, start) = (Attempts::default(), Instant::now());
         let (guest, other) = (IpAddr::from([192, 0, 2, 1]), IpAddr::from([192, 0, 2, 2]));
         for _ in 0..MOST {

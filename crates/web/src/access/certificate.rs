@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn a_revoked_certificate_lets_nobody_in_and_neither_does_one_of_which_nobody_knows() {
+    fn revoked_and_unknown_certificates_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let directory = folder.path().to_owned();
         std::fs::write(directory.join("operator.ada~2.pem"), "").unwrap();

@@ -55,14 +55,14 @@ pub(super) async fn read(parts: &Parts, body: Body) -> Result<Fields, (StatusCod
         Ok(Ok(Form(pairs))) => pairs,
         Ok(Err(refused)) => return Err((refused.status(), refused.body_text())),
         Err(_) => {
-            let words = format!("the form did not come within {WITHIN:?}");
+            let words = format!("the form was not received within {WITHIN:?}");
             return Err((StatusCode::REQUEST_TIMEOUT, words));
         }
     };
     let mut fields = BTreeMap::new();
     for (name, value) in pairs {
         if fields.insert(name, value).is_some() {
-            let words = "a field of the form is there twice".to_owned();
+            let words = "duplicate form field".to_owned();
             return Err((StatusCode::BAD_REQUEST, words));
         }
     }

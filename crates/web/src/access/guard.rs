@@ -13,8 +13,9 @@ use axum::response::{IntoResponse, Redirect, Response};
 use maud::html;
 
 use super::refusals::RefusedAccess;
+use super::responses::add_security_headers;
 use super::secret::Secret;
-use super::{Access, Person, Visit, certificate, form, headers, plain};
+use super::{Access, Person, Visit, certificate, form, plain};
 use crate::assets::{ALARM_ICON_PATH, ICON_PATH};
 use crate::listener::{Connection, Site};
 
@@ -56,7 +57,7 @@ async fn guard(State(access): State<Arc<Access>>, request: Request, next: Next) 
             answer(&stop)
         }
     };
-    headers::add(response.headers_mut(), access.site().is_tls);
+    add_security_headers(response.headers_mut(), access.site().is_tls);
     if access.site().path().is_empty() {
         response
     } else {
@@ -96,7 +97,7 @@ async fn judge(
     body: Body,
 ) -> Result<PassedGuard, Stop> {
     if !matches!(parts.method, Method::GET | Method::HEAD | Method::POST) {
-        let words = "a page takes GET, HEAD and POST";
+        let words = "unsupported method; use GET, HEAD or POST";
         return Err(Stop::new(RefusedAccess::Method, StatusCode::METHOD_NOT_ALLOWED, words));
     }
     let origin = own_origin(access, connection, &parts)?;
@@ -185,14 +186,14 @@ fn visit(access: &Arc<Access>, connection: &Connection, parts: &Parts) -> Visit 
     let is_use = parts.method == Method::POST || is_page(&parts.headers);
     let session = access.cookie().read(&parts.headers);
     let found = session.as_ref().and_then(|id| access.sessions.find(id, is_use, Instant::now()));
-    let nobody = Visit { access: Arc::clone(access), person: None, session: None };
-    let Some(found) = found else { return nobody };
+    let anonymous = Visit { access: Arc::clone(access), person: None, session: None };
+    let Some(found) = found else { return anonymous };
     let signed_in = found.signed_in;
     if let Some(begun_with) = &signed_in.certificate {
         let revoked = access.settings.revoked.as_ref();
         let is_shown = connection.shown.as_ref() == Some(begun_with);
         if !is_shown || certificate::person(begun_with, revoked).is_err() {
-            return nobody;
+            return anonymous;
         }
     }
     let person = Person {
@@ -200,7 +201,7 @@ fn visit(access: &Arc<Access>, connection: &Connection, parts: &Parts) -> Visit 
         may_order: signed_in.may_order && access.read_only().is_none(),
         form_token: found.form_token.as_str().to_owned(),
     };
-    Visit { person: Some(person), session, ..nobody }
+    Visit { person: Some(person), session, ..anonymous }
 }
 
 fn is_page(headers: &HeaderMap) -> bool {

@@ -3,36 +3,25 @@
 //! | file | what |
 //! |---|---|
 //! | `guard` | checks on every request: method, host, origin, form token |
-//! | `headers` | security headers of every response |
 //! | `form` | the fields of a form |
-//! | `sign_in`, `sign_out` | pages to sign in and out |
+//! | `sign_in` | the pages to sign in and out |
 //! | `one_time_link`, `certificate` | the two ways to sign in |
-//! | `person_name` | valid names of users |
-//! | `sessions`, `cookie`, `secret` | the state of a browser that is signed in |
-//! | `session_watch` | ends a stream with the session |
+//! | `sessions`, `cookie`, `secret` | the state of a browser that is signed in; ends a stream with its session |
 //! | `attempts` | limits failed sign-ins |
 //! | `refusals` | counts and logs refused requests |
-//! | `read_only` | whether this process may send commands |
-//! | `back` | the redirect after a form |
-//! | `plain` | a page that needs only the style sheet |
+//! | `responses` | security headers, plain pages, redirects |
 
 mod attempts;
-mod back;
 mod certificate;
 mod cookie;
 mod form;
 mod guard;
-mod headers;
 mod one_time_link;
-mod person_name;
-mod plain;
-mod read_only;
 mod refusals;
+mod responses;
 mod secret;
-mod session_watch;
 mod sessions;
 mod sign_in;
-mod sign_out;
 #[cfg(test)]
 mod tests;
 
@@ -50,16 +39,13 @@ use cookie::Cookie;
 use refusals::AccessRefusals;
 use sessions::Sessions;
 
-pub(crate) use back::destination;
 pub(crate) use form::Fields;
 pub(crate) use guard::protect;
-pub(crate) use plain::plain;
-pub(crate) use read_only::read_only;
-pub(crate) use session_watch::{CHECK_EVERY, SessionWatch};
+pub(crate) use responses::{destination, plain};
+pub(crate) use sessions::{CHECK_EVERY, SessionWatch};
 pub(crate) use sign_in::routes;
 
-pub use one_time_link::{LinkError, VALID, one_time_link};
-pub use person_name::{PersonName, PersonNameError};
+pub use one_time_link::{LinkError, PersonName, PersonNameError, VALID, one_time_link};
 pub use secret::NoRandomness;
 
 /// Settings for access control.

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use serde::{Deserialize, Serialize};
+use vocabulary::{is_printable, quotation};
 
-use super::person_name::PersonName;
 use super::secret::{NoRandomness, Secret};
 
 /// Subdirectory of the state directory.
@@ -88,7 +88,7 @@ pub(crate) fn invite(state: &Path, invitation: &Invitation, now: u64) -> Result<
     let owner = fs::metadata(state).map_err(wrong(state))?;
     let directory = state.join(DIRECTORY);
     match DirBuilder::new().mode(0o700).create(&directory) {
-        Ok(()) => give(&directory, &owner).map_err(wrong(&directory))?,
+        Ok(()) => set_owner(&directory, &owner).map_err(wrong(&directory))?,
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
         Err(error) => return Err(wrong(&directory)(error)),
     }
@@ -157,7 +157,7 @@ fn write(file: &Path, invitation: &Invitation, owner: &fs::Metadata) -> io::Resu
     let done = written
         .write_all(text.as_bytes())
         .and_then(|()| written.sync_all())
-        .and_then(|()| give(&beside, owner))
+        .and_then(|()| set_owner(&beside, owner))
         .and_then(|()| fs::rename(&beside, file));
     if done.is_err() {
         let _ = fs::remove_file(&beside);
@@ -166,7 +166,7 @@ fn write(file: &Path, invitation: &Invitation, owner: &fs::Metadata) -> io::Resu
 }
 
 /// Gives a file created by root to the owner of the directory, the web page's user.
-fn give(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
+fn set_owner(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
     let made = fs::metadata(path)?;
     if made.uid() == owner.uid() {
         return Ok(());
@@ -176,6 +176,44 @@ fn give(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
 
 fn unix_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs()
+}
+
+/// Longest name, in bytes.
+const LONGEST_NAME: usize = 100;
+
+/// The name of a user who signs in, a printable text on one line; modules record it in their journal with every order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PersonName(String);
+
+/// An invalid name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`{0}` is not usable as a person's name: use 1 to {LONGEST_NAME} bytes of printable text without spaces at its ends"
+)]
+pub struct PersonNameError(String);
+
+impl PersonName {
+    /// The name as text.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl std::str::FromStr for PersonName {
+    type Err = PersonNameError;
+
+    fn from_str(text: &str) -> Result<Self, PersonNameError> {
+        let is_usable = !text.is_empty()
+            && text.len() <= LONGEST_NAME
+            && text.trim() == text
+            && text.chars().all(is_printable);
+        if is_usable {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err(PersonNameError(quotation(text, LONGEST_NAME)))
+        }
+    }
 }
 
 #[cfg(test)]
@@ -195,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_lets_in_once_and_its_file_is_the_owners_and_has_no_secret() {
+    fn a_link_works_once_and_its_file_is_private_without_the_secret() {
         let state = tempfile::tempdir().unwrap();
         let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
         let file = files(state.path()).pop().unwrap();
@@ -208,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_who_use_a_link_at_once_one_is_let_in() {
+    fn one_of_many_simultaneous_uses_of_a_link_succeeds() {
         let state = tempfile::tempdir().unwrap();
         let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
         let accepted = std::thread::scope(|scope| {
@@ -220,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_that_is_over_lets_nobody_in_and_is_removed() {
+    fn an_expired_link_is_refused_and_removed() {
         let state = tempfile::tempdir().unwrap();
         let secret = invite(state.path(), &ada(NOW + 60), NOW).unwrap();
         let another = invite(state.path(), &ada(NOW + 61), NOW).unwrap();
@@ -260,5 +298,19 @@ mod tests {
         let secret = Secret::from_text(link.strip_prefix("/sign-in?link=").unwrap()).unwrap();
         let invitation = accept(state.path(), &secret).unwrap();
         assert_eq!((invitation.person.as_str(), invitation.may_order), ("ada", false));
+    }
+
+    #[test]
+    fn names_of_people_are_printable_and_short() {
+        for usable in ["ada", "Ada Lovelace", "Ørsted, H. C.", "塔", &"a".repeat(100)] {
+            assert_eq!(usable.parse::<PersonName>().unwrap().as_str(), usable);
+        }
+        for unusable in
+            ["", " ada", "ada ", "a\nb", "a\r\nSet-Cookie: x", "a\u{202e}b", &"a".repeat(101)]
+        {
+            let error = unusable.parse::<PersonName>().unwrap_err().to_string();
+            assert!(error.contains("is not usable as a person's name"), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The sign-in page. Opening a link is not enough, so that programs that preview links in messages do not consume it:
+//! The pages to sign in and out. Opening a link is not enough, so that programs that preview links in messages do not consume it:
 //! the user has to press the button.
 
 use std::net::IpAddr;
@@ -17,7 +17,7 @@ use super::guard::SIGN_IN;
 use super::refusals::RefusedAccess;
 use super::secret::Secret;
 use super::sessions::SignedIn;
-use super::{Access, Viewer, certificate, one_time_link, plain, sign_out};
+use super::{Access, Viewer, certificate, one_time_link, plain};
 use crate::listener::{Connection, source};
 
 /// Instructions for a user without a link.
@@ -27,7 +27,7 @@ const HOW: &str = "Ask the administrator of this page for a one-time link (`trus
 pub(crate) fn routes<S>(access: Arc<Access>) -> Router<S> {
     Router::new()
         .route(SIGN_IN, get(page).post(enter))
-        .route("/sign-out", get(sign_out::page).post(sign_out::leave))
+        .route("/sign-out", get(confirm_sign_out).post(leave))
         .with_state(access)
 }
 
@@ -138,4 +138,38 @@ fn refuse(access: &Access, address: IpAddr, status: StatusCode, words: &str) -> 
         p { a href=(SIGN_IN) { "Sign in another way" } }
     };
     plain(status, "Not signed in", &content)
+}
+
+/// Asks for confirmation, because loading a page must not change anything.
+async fn confirm_sign_out(viewer: Viewer) -> Response {
+    let content = html! {
+        @match &viewer.person {
+            Some(person) => {
+                p { "You are signed in as " strong { (vocabulary::printable(&person.name)) } "." }
+                form method="post" action="/sign-out" {
+                    input type="hidden" name="token" value=(person.form_token);
+                    button type="submit" { "Sign out" }
+                }
+            },
+            None => p { "You are not signed in." },
+        }
+        p { a href="/" { "To the overview" } }
+    };
+    plain(StatusCode::OK, "Sign out", &content)
+}
+
+/// Ends the session.
+async fn leave(State(access): State<Arc<Access>>, viewer: Viewer) -> Response {
+    if let Some(session) = &viewer.session {
+        access.sessions.end(session);
+    }
+    if let Some(person) = &viewer.person {
+        tracing::info!("{} has signed out", vocabulary::printable(&person.name));
+    }
+    let mut response = StatusCode::SEE_OTHER.into_response();
+    response.headers_mut().insert(header::LOCATION, HeaderValue::from_static("/"));
+    if let Some(cleared) = access.cookie().clear() {
+        response.headers_mut().insert(header::SET_COOKIE, cleared);
+    }
+    response
 }

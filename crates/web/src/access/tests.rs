@@ -14,7 +14,7 @@ use tokio_rustls::rustls::{ClientConfig, RootCertStore};
 
 use super::one_time_link::{self, Invitation};
 use super::{AccessSettings, one_time_link as make_link};
-use crate::listener::TlsFiles;
+use crate::listener::PageAccess;
 use crate::tests::server::{Answer, Browser, PageServer, Request, Setup};
 
 const COMPONENT: (&str, &str) = ("component", "module1/sensor/g2");
@@ -35,7 +35,7 @@ fn link(state: &Path) -> String {
     path.split_once("link=").unwrap().1.to_owned()
 }
 
-/// An order of somebody who may give it. There is no network: it gets as far as that.
+/// A permitted command; it fails only because there is no network.
 async fn order(browser: &Browser) -> Request {
     browser.post("/order/acknowledge", &[COMPONENT, ("token", &browser.token().await)])
 }
@@ -130,7 +130,7 @@ async fn forms_are_short_and_methods_few() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_link_lets_in_once_even_after_a_restart_and_never_by_being_looked_at() {
+async fn a_link_works_once_across_restarts_and_only_by_its_form() {
     let state = tempfile::tempdir().unwrap();
     let start =
         || PageServer::start(Setup { access: with_state(state.path()), ..Setup::default() });
@@ -156,7 +156,7 @@ async fn a_link_lets_in_once_even_after_a_restart_and_never_by_being_looked_at()
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_link_that_is_over_or_made_up_lets_nobody_in() {
+async fn expired_and_invented_links_are_refused() {
     let (state, page) = page().await;
     let browser = page.browser();
     let person = "ada".to_owned();
@@ -171,7 +171,7 @@ async fn a_link_that_is_over_or_made_up_lets_nobody_in() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn who_fails_to_sign_in_often_is_refused_but_not_a_valid_link() {
+async fn too_many_failed_attempts_are_refused_but_not_a_valid_link() {
     let (state, page) = page().await;
     let browser = page.browser();
     let made_up = "0".repeat(64);
@@ -189,7 +189,9 @@ async fn who_fails_to_sign_in_often_is_refused_but_not_a_valid_link() {
 #[tokio::test(flavor = "multi_thread")]
 async fn behind_a_proxy_failures_are_those_of_the_address_that_it_appended() {
     let proxy = "https://tower.example";
-    let setup = Setup { behind_proxy: Some(proxy.parse().unwrap()), ..Setup::default() };
+    let behind_proxy = Some(proxy.parse().unwrap());
+    let page = PageAccess { behind_proxy, ..PageAccess::default() };
+    let setup = Setup { page, ..Setup::default() };
     let page = PageServer::start(setup).await;
     let browser = page.browser();
     let made_up = "0".repeat(64);
@@ -203,7 +205,7 @@ async fn behind_a_proxy_failures_are_those_of_the_address_that_it_appended() {
     }
     assert_eq!(attempt("192.0.2.99, 203.0.113.66").await, 429);
     assert_eq!(attempt("203.0.113.66, 198.51.100.5").await, 403);
-    // Without a proxy nobody is believed.
+    // Without a proxy its headers are ignored.
     let bare = PageServer::start(Setup::default()).await;
     let browser = bare.browser();
     for number in 0..11 {
@@ -218,7 +220,8 @@ async fn under_a_path_of_a_proxy_links_redirects_and_cookies_are_of_that_path() 
     let state = tempfile::tempdir().unwrap();
     let access = AccessSettings { require_sign_in: true, ..with_state(state.path()) };
     let behind_proxy = Some("https://tower.example/shm/".parse().unwrap());
-    let page = PageServer::start(Setup { access, behind_proxy, ..Setup::default() }).await;
+    let page = PageAccess { behind_proxy, ..PageAccess::default() };
+    let page = PageServer::start(Setup { access, page, ..Setup::default() }).await;
     let mut ada = page.browser();
     let to_sign_in = ada.open("/").await;
     assert_eq!(to_sign_in.header("location"), Some("/shm/sign-in"));
@@ -256,7 +259,7 @@ async fn a_session_is_new_at_sign_in_and_gone_after_sign_out() {
     assert_ne!(ada.cookie.as_ref(), Some(&before));
     let stolen = ada.clone().with_cookie(before);
     assert!(!stolen.open("/").await.body.contains("class=\"person\""));
-    // One that somebody has planted is never taken over.
+    // A session identifier set by another party is never adopted.
     let planted = ada.clone().with_cookie(format!("trusswatch={}", "a".repeat(64)));
     let answer = planted.send(planted.post("/sign-in", &[("link", &link(state.path()))])).await;
     assert!(!answer.header("set-cookie").unwrap().contains(&"a".repeat(64)));
@@ -344,7 +347,7 @@ async fn every_answer_says_what_a_browser_must_not_do() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn where_signing_in_is_required_nobody_else_sees_anything() {
+async fn where_signing_in_is_required_others_see_nothing() {
     let state = tempfile::tempdir().unwrap();
     let access = AccessSettings { require_sign_in: true, ..with_state(state.path()) };
     let page = PageServer::start(Setup { access, ..Setup::default() }).await;
@@ -373,12 +376,16 @@ impl Secured {
         let structure = "tower".parse().unwrap();
         let authority = Authority::create(folder.path(), structure, Lifetime::of_days(30)).unwrap();
         let own = issue(folder.path(), &authority, "observer.page", &["127.0.0.1"]);
-        let tls =
-            TlsFiles { certificate: own.certificate, key: own.key, authority: Some(own.authority) };
+        let page = PageAccess {
+            page_certificate: Some(own.certificate),
+            page_key: Some(own.key),
+            page_authority: Some(own.authority),
+            ..PageAccess::default()
+        };
         let revoked = folder.path().join("revoked");
         std::fs::create_dir(&revoked).unwrap();
         let access = AccessSettings { revoked: Some(revoked), ..with_state(folder.path()) };
-        let setup = Setup { access, tls: Some(tls), ..Setup::default() };
+        let setup = Setup { access, page, ..Setup::default() };
         Self { page: PageServer::start(setup).await, folder, authority }
     }
 
@@ -433,9 +440,9 @@ fn client(authority: &PathBuf, shown: Option<&Identity>) -> ClientConfig {
 async fn an_operators_certificate_signs_in_and_no_certificate_does_not() {
     let secured = Secured::new().await;
     let ada = secured.issue("operator.ada");
-    let nobody = secured.browser(None);
-    assert_eq!(nobody.open("/").await.status, 200);
-    assert_eq!(nobody.send(nobody.post("/sign-in", &[])).await.status, 403);
+    let anonymous = secured.browser(None);
+    assert_eq!(anonymous.open("/").await.status, 200);
+    assert_eq!(anonymous.send(anonymous.post("/sign-in", &[])).await.status, 403);
     let (browser, answer) = secured.signed_in_by(&ada).await;
     let cookie = answer.header("set-cookie").unwrap();
     assert!(cookie.starts_with("__Host-trusswatch="), "{cookie}");
@@ -469,7 +476,7 @@ async fn an_observer_looks_and_orders_nothing() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_revoked_certificate_signs_nobody_in_and_ends_the_session_that_it_began() {
+async fn revoking_a_certificate_prevents_signing_in_and_ends_its_session() {
     let secured = Secured::new().await;
     let ada = secured.issue("operator.ada");
     let (browser, _) = secured.signed_in_by(&ada).await;

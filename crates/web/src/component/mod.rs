@@ -64,7 +64,7 @@ pub(crate) async fn page(
         viewer: &viewer,
         scene: &scene,
     };
-    page.around(&main(&shown, &viewer))
+    page.respond(&main(&shown, &viewer))
 }
 
 fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {

@@ -1,8 +1,7 @@
 //! Plots of residual and divergence, as published: of a minute, or for as long as they have been received.
 
-use figure::plot::{
-    Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
-};
+use figure::freeze_frame::divergence_panel;
+use figure::plot::{Figure, Panel, PanelRow, PlotAxis, Series, SeriesStyle, Shape};
 use maud::{Markup, PreEscaped, html};
 use vocabulary::words::{span, utc};
 use vocabulary::{Channel, ComponentKind, FaultTransition};
@@ -11,8 +10,6 @@ use crate::observed::Traces;
 
 /// Height of a plot \[px\].
 const HEIGHT: f64 = 120.0;
-/// Lower end of the divergence axis, in thresholds.
-const LOWEST: f64 = 1e-6;
 
 /// A time \[s, 0 is the latest\], and the channel at that time.
 type Point<'a> = (f64, &'a Channel);
@@ -59,25 +56,16 @@ fn residual(transition: &FaultTransition, points: &[Point<'_>]) -> Panel {
         ComponentKind::Sensor => (1e6, "µm"),
     };
     let values = points.iter().map(|(time, channel)| [*time, scale * channel.residual]).collect();
-    Panel::new("residual", time(), PlotAxis::linear(format!("[{unit}]")), vec![line(values)])
+    let line = Series::new("", Shape::Line, SeriesStyle::nth(0).solid(), values);
+    Panel::new("residual", time(), PlotAxis::linear(format!("[{unit}]")), vec![line])
 }
 
 fn divergence(points: &[Point<'_>]) -> Panel {
     let ratio = |channel: &Channel| {
         channel.divergence.map_or(f64::NAN, |divergence| divergence / channel.threshold)
     };
-    let values: Vec<[f64; 2]> =
-        points.iter().map(|(time, channel)| [*time, ratio(channel)]).collect();
-    let ratios = || values.iter().map(|[_, ratio]| *ratio);
-    let highest = ratios().filter(|ratio| ratio.is_finite()).fold(3.0, f64::max);
-    let lowest = ratios().filter(|ratio| *ratio > 0.0).fold(0.1, f64::min);
-    let y = PlotAxis::log("D / γ").over([lowest.max(LOWEST), 1.3 * highest]);
-    let level = PanelMark::new(MarkKind::Level, 1.0, "threshold");
-    Panel::new("divergence over its threshold", time(), y, vec![line(values)]).marked([level])
-}
-
-fn line(points: Vec<[f64; 2]>) -> Series {
-    Series::new("", Shape::Line, SeriesStyle::nth(0).solid(), points)
+    let ratios = points.iter().map(|(time, channel)| [*time, ratio(channel)]);
+    divergence_panel(time(), ratios.collect())
 }
 
 fn time() -> PlotAxis {

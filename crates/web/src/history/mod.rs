@@ -50,7 +50,7 @@ pub(crate) async fn page(
             let wanted = scene.modules.iter().filter(|module| filter.wants_module(module));
             let journals = join_all(wanted.map(|module| app.observed.journal(module))).await;
             let journals: Vec<_> = journals.into_iter().flatten().collect();
-            page.around(&main(&view, &asked, &filter, &journals))
+            page.respond(&main(&view, &asked, &filter, &journals))
         }
         Err(problem) => page.refusing(
             StatusCode::BAD_REQUEST,

@@ -2,7 +2,7 @@
 //!
 //! | file | what |
 //! |---|---|
-//! | `settings` | addresses and protocol; rejects unsafe combinations |
+//! | `settings` | flags for access to the page; rejects unsafe combinations |
 //! | `tls` | the server certificate, and client certificates |
 //! | `site` | the names of this site |
 //! | `connection` | one connection from start to end |
@@ -25,12 +25,11 @@ use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
-use tokio::task::JoinSet;
 use tokio_rustls::TlsAcceptor;
 
 pub(crate) use connection::Connection;
 use connection::{Shared, attend};
-pub use settings::{ListenError, ListenerSettings, TlsFiles};
+pub use settings::{ListenError, PageAccess};
 pub(crate) use site::Site;
 pub use site::{PageAddress, PageAddressError};
 pub(crate) use sources::source;
@@ -41,43 +40,38 @@ const CONNECTIONS: usize = 1024;
 /// proxy has no such limit, because all clients connect through it.
 const OF_SOURCE: usize = CONNECTIONS / 8;
 
-/// The bound addresses, before anything is served on them.
+/// The bound address, before the page is served on it.
 pub(crate) struct Listener {
-    sockets: Vec<TcpListener>,
+    socket: TcpListener,
     tls: Option<TlsAcceptor>,
     is_behind_proxy: bool,
 }
 
 impl Listener {
-    /// Binds the addresses.
+    /// Binds the address.
     ///
     /// # Errors
-    /// Unsafe settings, unusable files, or an address that cannot be bound; then no address is listened on.
-    pub(crate) async fn bind(settings: &ListenerSettings) -> Result<Self, ListenError> {
-        settings.check()?;
-        let tls = settings.tls.as_ref().map(tls::acceptor).transpose()?;
-        let mut sockets = Vec::new();
-        for address in &settings.listen {
-            let socket = TcpListener::bind(address).await;
-            sockets
-                .push(socket.map_err(|error| ListenError::Address { address: *address, error })?);
-        }
-        Ok(Self { sockets, tls, is_behind_proxy: settings.behind_proxy.is_some() })
+    /// Unsafe settings, unusable files, or an address that cannot be bound.
+    pub(crate) async fn bind(listen: SocketAddr, access: &PageAccess) -> Result<Self, ListenError> {
+        access.check(listen)?;
+        let tls = tls::acceptor(access)?;
+        let bound = TcpListener::bind(listen).await;
+        let socket = bound.map_err(|error| ListenError::Address { address: listen, error })?;
+        Ok(Self { socket, tls, is_behind_proxy: access.behind_proxy.is_some() })
     }
 
-    /// The addresses, with the actual port if the system chose it.
-    pub(crate) fn addresses(&self) -> Vec<SocketAddr> {
-        self.sockets.iter().filter_map(|socket| socket.local_addr().ok()).collect()
+    /// The address, with the actual port if the system chose it.
+    pub(crate) fn address(&self) -> std::io::Result<SocketAddr> {
+        self.socket.local_addr()
     }
 
-    /// The URL scheme of the addresses.
+    /// The URL scheme of the page.
     pub(crate) fn scheme(&self) -> &'static str {
         if self.tls.is_some() { "https" } else { "http" }
     }
 
     /// Serves until shutdown, then waits at most 2 s for responses in progress.
     pub(crate) async fn serve(self, router: Router, mut shutdown: Shutdown) {
-        let mut accepting = JoinSet::new();
         let shared = Arc::new(Shared {
             router,
             tls: self.tls,
@@ -88,11 +82,11 @@ impl Listener {
             failed: Occurrences::default(),
         });
         let connections = shared.places.clone();
-        for socket in self.sockets {
-            accepting.spawn(accept(socket, shared.clone(), shutdown.clone()));
+        let accepting = accept(self.socket, shared, shutdown.clone());
+        tokio::select! {
+            () = accepting => {}
+            () = shutdown.requested() => {}
         }
-        shutdown.requested().await;
-        accepting.shutdown().await;
         // Every connection ends on its own within its time limit.
         let _ = connections.acquire_many(CONNECTIONS as u32).await;
     }

@@ -1,4 +1,4 @@
-//! Addresses and protocol of the web page.
+//! Who reaches the page and how: its certificate, its names, sign-in.
 
 use std::io;
 use std::net::SocketAddr;
@@ -6,36 +6,36 @@ use std::path::PathBuf;
 
 use super::site::{PageAddress, Site};
 
-/// Addresses and protocol of the web page.
-#[derive(Debug, Clone)]
-pub struct ListenerSettings {
-    /// The addresses to listen on.
-    pub listen: Vec<SocketAddr>,
-    /// The files for TLS; plain HTTP without them.
-    pub tls: Option<TlsFiles>,
-    /// The origin of a reverse proxy that terminates TLS.
+/// Access to the page.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Access to the page")]
+pub struct PageAccess {
+    /// The page's certificate (PEM), for TLS
+    #[arg(long, value_name = "FILE", requires = "page_key")]
+    pub page_certificate: Option<PathBuf>,
+    /// The key of that certificate
+    #[arg(long, value_name = "FILE", requires = "page_certificate")]
+    pub page_key: Option<PathBuf>,
+    /// The structure's authority: operators and observers sign in with its certificates in their browsers
+    #[arg(long, value_name = "FILE", requires = "page_certificate")]
+    pub page_authority: Option<PathBuf>,
+    /// A directory with the certificates that are revoked, such as a copy of pki/revoked
+    #[arg(long, value_name = "DIRECTORY", requires = "page_authority")]
+    pub revoked: Option<PathBuf>,
+    /// The page's address at a proxy that terminates TLS: https://NAME, or https://NAME/PATH if the proxy strips that path
+    #[arg(long, value_name = "ADDRESS", conflicts_with = "page_certificate")]
     pub behind_proxy: Option<PageAddress>,
-    /// Additional names of the site: NAME, or NAME:PORT for another port.
+    /// A further name of the page, NAME or NAME:PORT, beside those in its certificate; may be repeated
+    #[arg(long = "page-name", value_name = "NAME")]
     pub names: Vec<String>,
-}
-
-/// Files for TLS, in PEM format.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TlsFiles {
-    /// The server certificate.
-    pub certificate: PathBuf,
-    /// Its private key.
-    pub key: PathBuf,
-    /// The authority whose certificates users may sign in with; without it the server requests no client certificate.
-    pub authority: Option<PathBuf>,
+    /// Show nothing before sign-in
+    #[arg(long)]
+    pub require_sign_in: bool,
 }
 
 /// Why the page cannot be served.
 #[derive(Debug, thiserror::Error)]
 pub enum ListenError {
-    /// The list of addresses is empty.
-    #[error("no address to listen on; 127.0.0.1:8480 is one")]
-    Nowhere,
     /// Plain HTTP on the network would let anyone read pages and take over sessions.
     #[error(
         "{0} can be reached from other computers, over plain HTTP; give a certificate and its key, or listen on \
@@ -43,7 +43,7 @@ pub enum ListenError {
     )]
     Plain(SocketAddr),
     /// Both the proxy and this process would do TLS.
-    #[error("a proxy does TLS, and so does this; use one of them")]
+    #[error("TLS at a proxy and TLS here exclude each other; use one of them")]
     Both,
     /// The address is in use or does not belong to this machine.
     #[error(
@@ -65,23 +65,18 @@ pub enum ListenError {
     },
 }
 
-impl ListenerSettings {
-    /// Rejects unsafe or contradictory settings.
+impl PageAccess {
+    /// Rejects unsafe or contradictory settings of a page on this address.
     ///
     /// # Errors
     /// Names the problem and the remedy.
-    pub fn check(&self) -> Result<(), ListenError> {
-        if self.listen.is_empty() {
-            return Err(ListenError::Nowhere);
-        }
-        if self.tls.is_some() && self.behind_proxy.is_some() {
-            return Err(ListenError::Both);
-        }
-        let is_reachable = |address: &&SocketAddr| !address.ip().to_canonical().is_loopback();
-        let reachable = self.listen.iter().find(is_reachable);
-        match reachable {
-            Some(address) if self.tls.is_none() && self.behind_proxy.is_none() => {
-                Err(ListenError::Plain(*address))
+    pub fn check(&self, listen: SocketAddr) -> Result<(), ListenError> {
+        let (is_tls, is_behind_proxy) =
+            (self.page_certificate.is_some(), self.behind_proxy.is_some());
+        match (is_tls, is_behind_proxy) {
+            (true, true) => Err(ListenError::Both),
+            (false, false) if !listen.ip().to_canonical().is_loopback() => {
+                Err(ListenError::Plain(listen))
             }
             _ => Ok(()),
         }
@@ -89,7 +84,7 @@ impl ListenerSettings {
 
     /// The names of this site, including those in its certificate.
     pub(crate) fn site(&self) -> Site {
-        let certificate = self.tls.as_ref().map(|files| pki::Certificate::read(&files.certificate));
+        let certificate = self.page_certificate.as_deref().map(pki::Certificate::read);
         let certified = certificate.and_then(Result::ok).map(|read| read.addresses);
         let certified = certified.unwrap_or_default();
         let certified = certified.iter().filter_map(|address| match address {
@@ -99,7 +94,7 @@ impl ListenerSettings {
         });
         let given = self.names.iter().map(|name| name.to_ascii_lowercase());
         Site {
-            is_tls: self.tls.is_some(),
+            is_tls: self.page_certificate.is_some(),
             proxy: self.behind_proxy.clone(),
             names: given.chain(certified).collect(),
         }
@@ -110,29 +105,25 @@ impl ListenerSettings {
 mod tests {
     use super::*;
 
-    fn settings(listen: &[&str]) -> ListenerSettings {
-        let listen = listen.iter().map(|address| address.parse().unwrap()).collect();
-        ListenerSettings { listen, tls: None, behind_proxy: None, names: Vec::new() }
-    }
-
-    fn tls() -> TlsFiles {
-        let file = |name: &str| PathBuf::from(name);
-        TlsFiles { certificate: file("certificate.pem"), key: file("key.pem"), authority: None }
-    }
-
     #[test]
     fn other_computers_reach_it_over_tls_or_by_a_proxy() {
-        settings(&["127.0.0.1:8480", "[::1]:8480"]).check().unwrap();
-        for reachable in ["0.0.0.0:8480", "192.0.2.10:8480", "[::]:8480"] {
-            let plain = settings(&["127.0.0.1:8480", reachable]);
-            let error = plain.check().unwrap_err().to_string();
-            assert!(error.starts_with(reachable) && error.contains("plain HTTP"), "{error}");
-            ListenerSettings { tls: Some(tls()), ..plain.clone() }.check().unwrap();
-            let proxy = Some("https://tower.example".parse().unwrap());
-            ListenerSettings { behind_proxy: proxy.clone(), ..plain.clone() }.check().unwrap();
-            let both = ListenerSettings { behind_proxy: proxy, tls: Some(tls()), ..plain };
-            assert!(matches!(both.check(), Err(ListenError::Both)));
+        let plain = PageAccess::default();
+        for local in ["127.0.0.1:8480", "[::1]:8480"] {
+            plain.check(local.parse().unwrap()).unwrap();
         }
-        assert!(matches!(settings(&[]).check(), Err(ListenError::Nowhere)));
+        for reachable in ["0.0.0.0:8480", "192.0.2.10:8480", "[::]:8480"] {
+            let listen = reachable.parse().unwrap();
+            let error = plain.check(listen).unwrap_err().to_string();
+            assert!(error.starts_with(reachable) && error.contains("plain HTTP"), "{error}");
+            let page_certificate = Some(PathBuf::from("certificate.pem"));
+            PageAccess { page_certificate: page_certificate.clone(), ..plain.clone() }
+                .check(listen)
+                .unwrap();
+            let behind_proxy = Some("https://tower.example".parse().unwrap());
+            let proxy = PageAccess { behind_proxy, ..plain.clone() };
+            proxy.check(listen).unwrap();
+            let both = PageAccess { page_certificate, ..proxy };
+            assert!(matches!(both.check(listen), Err(ListenError::Both)));
+        }
     }
 }

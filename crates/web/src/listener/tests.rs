@@ -4,7 +4,7 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::time::timeout;
 
-use super::{ListenError, Listener, ListenerSettings, OF_SOURCE};
+use super::{ListenError, Listener, OF_SOURCE, PageAccess};
 use crate::tests::server::{PageServer, Setup, WITHIN};
 
 #[tokio::test(flavor = "multi_thread")]
@@ -85,7 +85,8 @@ async fn one_client_takes_only_its_share_of_the_places() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_proxy_takes_places_for_all_its_clients() {
     let behind_proxy = Some("https://tower.example".parse().unwrap());
-    let page = PageServer::start(Setup { behind_proxy, ..Setup::default() }).await;
+    let page = PageAccess { behind_proxy, ..PageAccess::default() };
+    let page = PageServer::start(Setup { page, ..Setup::default() }).await;
     let _crowd = crowd(&page).await;
     assert!(said(ask_from(1, &page).await).await.starts_with(b"HTTP/1.1 200"));
 }
@@ -93,16 +94,14 @@ async fn a_proxy_takes_places_for_all_its_clients() {
 #[tokio::test(flavor = "multi_thread")]
 async fn a_port_in_use_and_files_that_are_none_are_named() {
     let page = PageServer::start(Setup::default()).await;
-    let listen = vec![page.address];
-    let settings = ListenerSettings { listen, tls: None, behind_proxy: None, names: Vec::new() };
-    let error = Listener::bind(&settings).await.err().unwrap();
+    let error = Listener::bind(page.address, &PageAccess::default()).await.err().unwrap();
     assert!(error.to_string().contains(&page.address.to_string()), "{error}");
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("certificate.pem");
     std::fs::write(&file, "nothing").unwrap();
-    let tls = super::TlsFiles { certificate: file.clone(), key: file, authority: None };
-    let error =
-        Listener::bind(&ListenerSettings { tls: Some(tls), ..settings }).await.err().unwrap();
+    let (page_certificate, page_key) = (Some(file.clone()), Some(file));
+    let access = PageAccess { page_certificate, page_key, ..PageAccess::default() };
+    let error = Listener::bind(page.address, &access).await.err().unwrap();
     assert!(matches!(error, ListenError::File { .. }), "{error}");
     assert!(error.to_string().contains("certificate.pem"), "{error}");
 }

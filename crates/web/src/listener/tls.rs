@@ -11,24 +11,26 @@ use tokio_rustls::rustls::server::WebPkiClientVerifier;
 use tokio_rustls::rustls::server::danger::ClientCertVerifier;
 use tokio_rustls::rustls::{RootCertStore, ServerConfig};
 
-use super::settings::{ListenError, TlsFiles};
+use super::settings::{ListenError, PageAccess};
 
-/// The TLS acceptor for new connections.
-pub(super) fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, ListenError> {
+/// The TLS acceptor for new connections; `None` without a certificate.
+pub(super) fn acceptor(access: &PageAccess) -> Result<Option<TlsAcceptor>, ListenError> {
+    let (Some(certificate), Some(key_file)) = (&access.page_certificate, &access.page_key) else {
+        return Ok(None);
+    };
     let provider = Arc::new(ring::default_provider());
     let builder = ServerConfig::builder_with_provider(provider.clone());
     let builder = builder.with_safe_default_protocol_versions();
-    let builder = builder.map_err(|error| wrong(&files.certificate, error))?;
-    let builder = match &files.authority {
+    let builder = builder.map_err(|error| wrong(certificate, error))?;
+    let builder = match &access.page_authority {
         Some(authority) => builder.with_client_cert_verifier(verifier(authority, provider)?),
         None => builder.with_no_client_auth(),
     };
-    let key = PrivateKeyDer::from_pem_file(&files.key);
-    let key = key.map_err(|error| wrong(&files.key, error))?;
-    let config = builder.with_single_cert(certificates(&files.certificate)?, key);
-    let mut config = config.map_err(|error| wrong(&files.key, error))?;
+    let key = PrivateKeyDer::from_pem_file(key_file).map_err(|error| wrong(key_file, error))?;
+    let config = builder.with_single_cert(certificates(certificate)?, key);
+    let mut config = config.map_err(|error| wrong(key_file, error))?;
     config.alpn_protocols = vec![b"http/1.1".to_vec()];
-    Ok(TlsAcceptor::from(Arc::new(config)))
+    Ok(Some(TlsAcceptor::from(Arc::new(config))))
 }
 
 /// Verifies client certificates, which are optional; one of another authority ends the connection.

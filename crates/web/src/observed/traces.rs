@@ -34,7 +34,7 @@ impl Observed {
     ) -> Receiver<Arc<Traces>> {
         let key = (structure.clone(), module.clone());
         let (observed, whose) = (Arc::clone(self), key.clone());
-        self.traces.look(key, Arc::default(), move |sender| watch(observed, whose, sender))
+        self.traces.subscribe(key, Arc::default(), move |sender| watch(observed, whose, sender))
     }
 }
 

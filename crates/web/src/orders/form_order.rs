@@ -4,7 +4,7 @@ use vocabulary::{
     Component, ComponentPath, ModuleName, OperatorName, Order, OrderKind, StructureName,
 };
 
-use observer::{OrderOutcome, OrderRequest};
+use observer::{OrderOutcome, OrderRequest, order_subject};
 
 use crate::access::Fields;
 
@@ -66,12 +66,7 @@ impl FormOrder {
 
     /// The outcome in words.
     pub(super) fn words(&self, outcome: &OrderOutcome) -> String {
-        let Self { module, order, .. } = self;
-        let subject = order.component.as_ref().map_or_else(
-            || module.to_string(),
-            |mention| format!("{module}/{}", mention.component),
-        );
-        outcome.words(self.kind, &subject)
+        outcome.words(self.kind, &order_subject(&self.module, &self.order))
     }
 }
 
@@ -87,7 +82,7 @@ fn subject(kind: OrderKind, fields: &Fields) -> Result<(ModuleName, Option<Compo
 }
 
 fn seconds(fields: &Fields) -> Result<u64, String> {
-    let text = fields.filled("for").ok_or("say for how long, e.g. 2h")?;
+    let text = fields.filled("for").ok_or("missing duration: expected e.g. 2h")?;
     let span = humantime::parse_duration(text);
     let wrong = |_| {
         format!(
@@ -155,7 +150,7 @@ mod tests {
             ("reset", vec![("component", "module1/sensor/*")], "not a usable gage name"),
             ("reset", vec![component, ("force", "perhaps")], "`force` is `perhaps`"),
             ("reset", vec![component, ("force", "on"), ("re_tare", "on")], "exclude each other"),
-            ("shelve", vec![component, ("note", "x")], "for how long"),
+            ("shelve", vec![component, ("note", "x")], "missing duration"),
             ("shelve", vec![component, ("note", "x"), ("for", "soon")], "invalid time span `soon`"),
             ("shelve", vec![component, ("note", "x"), ("for", "90d")], "use 1 to"),
             ("shelve", vec![component, ("for", "2h")], "needs a reason"),

@@ -39,12 +39,12 @@ async fn order(
     let access = &shared.access;
     let person = viewer.person.as_ref().filter(|person| person.may_order);
     let Some(person) = person else {
-        let name = viewer.person.as_ref().map_or("nobody", |person| person.name.as_str());
+        let name = viewer.person.as_ref().map_or("this connection", |person| person.name.as_str());
         return forbidden(name, access.read_only());
     };
     let (is_done, words) = match FormOrder::read(&kind, &fields, &person.name) {
         Ok(given) => {
-            let outcome = give(&shared, given.clone()).await;
+            let outcome = send(&shared, given.clone()).await;
             (outcome.is_done(), given.words(&outcome))
         }
         Err(wrong) => (false, format!("{}; no command was sent", vocabulary::printable(&wrong))),
@@ -56,7 +56,7 @@ async fn order(
 }
 
 /// Sends the order and waits for the answer.
-async fn give(app: &App, given: FormOrder) -> OrderOutcome {
+async fn send(app: &App, given: FormOrder) -> OrderOutcome {
     let Some(session) = app.observed.session() else {
         return OrderOutcome::not_sent("the network is not connected");
     };
@@ -91,7 +91,7 @@ async fn structure(
     }
     homes
         .pop_first()
-        .ok_or_else(|| format!("the diagnoser of `{module}` is not there (looked for {within:?})"))
+        .ok_or_else(|| format!("the diagnoser of `{module}` was not seen (waited {within:?})"))
 }
 
 fn log(person: &str, is_done: bool, words: &str) {

@@ -97,7 +97,7 @@ async fn what_a_diagnoser_refuses_and_what_was_not_sent_is_said_and_is_text() {
     for (kind, fields, expected) in [
         ("reset", vec![("component", "../../x")], "names no component"),
         ("shelve", vec![COMPONENT, ("for", "2h")], "needs a reason"),
-        ("reset", vec![("component", "module9/sensor/g2")], "`module9` is not there"),
+        ("reset", vec![("component", "module9/sensor/g2")], "`module9` was not seen"),
     ] {
         let words = outcome(&ada, kind, &fields).await;
         assert!(words.contains(expected) && words.ends_with("no command was sent"), "{words}");
@@ -106,7 +106,7 @@ async fn what_a_diagnoser_refuses_and_what_was_not_sent_is_said_and_is_text() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn a_page_with_an_observers_certificate_and_a_person_who_may_only_look_order_nothing() {
+async fn an_observers_certificate_or_read_only_access_permits_no_commands() {
     let why = "this page shows the certificate of an observer";
     let read_only = Bench::new(None, Some(why)).await;
     let looks = Bench::new(None, None).await;

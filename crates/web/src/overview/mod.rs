@@ -27,7 +27,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
     let (view, title) = (LinkedScene::new(&scene), scene.summary());
     let main = main(&view, app.drawing.as_ref());
     let live = "page=overview".to_owned();
-    Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.around(&main)
+    Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.respond(&main)
 }
 
 /// The parts that change.

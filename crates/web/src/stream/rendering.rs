@@ -20,9 +20,9 @@ const PAUSE: Duration = Duration::from_millis(150);
 const AT_LEAST_EVERY: Duration = Duration::from_secs(1);
 
 /// Subscribes to the parts of a page.
-pub(super) fn look(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
+pub(super) fn subscribe(app: &Shared, page: &LivePage) -> Receiver<Arc<Parts>> {
     let work = |sender| render(Arc::clone(app), page.clone(), sender);
-    app.streams.pages.look(page.clone(), Arc::default(), work)
+    app.streams.pages.subscribe(page.clone(), Arc::default(), work)
 }
 
 /// The part that depends on the viewer, as JSON.

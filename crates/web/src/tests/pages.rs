@@ -113,7 +113,7 @@ fn what_is_unknown_never_looks_normal_in_the_drawing() {
     let signs = drawing.signs(&LinkedScene::new(&heard_of)).into_string();
     assert_eq!(signs.matches(r#"class="mark unknown""#).count(), 1);
     assert_eq!(signs.matches("mark normal").count() + signs.matches("mark unverified").count(), 0);
-    assert!(signs.matches("mark absent").count() > 10, "nobody has reported the others");
+    assert!(signs.matches("mark absent").count() > 10, "the other signals were never reported");
     assert!(signs.contains(&format!("{first}: unknown")), "{signs}");
 }
 
@@ -144,7 +144,7 @@ fn notes_and_reasons_of_others_are_text_and_never_markup() {
 }
 
 #[test]
-fn who_set_an_alarm_aside_until_when_and_why_stands_in_the_list() {
+fn the_list_shows_operator_reason_and_end_of_shelving() {
     let shelved =
         FaultTransition { shelved: Some(shelving("painting")), ..latched("m1/sensor/g2") };
     let page = overview_of(&scene(vec![module("m1", vec![shelved])]), None);
@@ -202,7 +202,7 @@ fn nothing_is_asked_of_another_host_and_no_script_or_style_stands_in_a_page() {
 }
 
 #[test]
-fn forms_are_for_those_who_may_order() {
+fn forms_require_permission_to_issue_commands() {
     let fault = latched("m1/sensor/g1");
     let person =
         |may_order| Person { name: "ada".to_owned(), may_order, form_token: "t0k".to_owned() };

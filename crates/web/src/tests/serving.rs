@@ -18,11 +18,9 @@ use tokio::time::timeout;
 use vocabulary::{FaultState, FaultTransition, Key, Message, Topic};
 use zenoh::Session;
 
-use crate::app::Shared;
-use crate::config::WebConfig;
-use crate::listener::{Listener, ListenerSettings};
-use crate::router::router;
-use crate::server::app;
+use crate::app::{Shared, router};
+use crate::listener::{Listener, PageAccess};
+use crate::server::{WebConfig, app};
 use crate::testing::{component, latched, status};
 use crate::tests::server::Browser;
 
@@ -45,21 +43,16 @@ impl Server {
     /// With a state directory, signing in is required.
     async fn with(network: Network, state_dir: Option<PathBuf>) -> Server {
         let (trigger, shutdown) = pair();
-        let settings = ListenerSettings {
-            listen: vec!["127.0.0.1:0".parse().unwrap()],
-            tls: None,
-            behind_proxy: None,
-            names: Vec::new(),
-        };
-        let listener = Listener::bind(&settings).await.unwrap();
-        let address = listener.addresses()[0];
+        let access = PageAccess { require_sign_in: state_dir.is_some(), ..PageAccess::default() };
+        let listen = "127.0.0.1:0".parse().unwrap();
+        let listener = Listener::bind(listen, &access).await.unwrap();
+        let address = listener.address().unwrap();
         let config = WebConfig {
             network,
             structure: None,
             expected: vec!["m9".parse().unwrap()],
-            listener: settings,
-            require_sign_in: state_dir.is_some(),
-            revoked: None,
+            listen,
+            access,
             drawing: None,
             state_dir,
             timeout: Duration::from_secs(1),
@@ -195,7 +188,7 @@ async fn what_is_made_up_is_refused_by_name_and_begins_no_work() {
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
+async fn a_fault_is_sent_by_stream_and_polling_and_rendered_once() {
     let (network, session) = diagnoser().await;
     let server = Server::start(network).await;
     let mut first = server.get("/stream?page=overview").await;
@@ -209,13 +202,13 @@ async fn a_fault_comes_over_the_stream_and_by_polling_and_is_rendered_once() {
         assert!(text.contains(r#""id":"alarms""#) && text.contains("data: ["), "{text}");
     }
     let (_, polled) = server.text("/fragments?page=overview").await;
-    // A page whose session has ended learns that nobody is signed in.
+    // A page whose session has ended receives the signed-out state.
     assert!(
         polled.contains(r#"{"id":"person","html":"<a class=\"person\" href=\"/sign-in\""#),
         "{polled}"
     );
     assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
-    // A tab that nobody looks at tells of it, too.
+    // A hidden tab receives it, too.
     assert!(
         polled.contains(r#""id":"title","html":"("#) && polled.contains("/alarm.svg"),
         "{polled}"
@@ -246,7 +239,7 @@ async fn beyond_its_places_a_stream_is_refused_and_polling_goes_on() {
     assert_eq!(refused.status(), StatusCode::SERVICE_UNAVAILABLE);
     assert!(refused.headers().contains_key("retry-after"));
     assert_eq!(server.text("/fragments?page=events").await.0, StatusCode::OK);
-    assert_eq!(server.app.metrics.streams(), 256);
+    assert_eq!(server.app.streams.open(), 256);
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

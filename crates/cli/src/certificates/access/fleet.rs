@@ -10,10 +10,10 @@ use crate::failure::Failure;
 
 /// Print Zenoh settings for the router of a fleet of structures
 ///
-/// A fleet has a name and an authority of its own. Each structure's gateway connects to the fleet's router and shows
-/// the fleet's certificate of the router that has the structure's name, e.g. `router.tower`. It may pass on faults,
-/// phases and presence of its structure and answer for it; operators of the fleet may issue commands to the modules of all
-/// structures, as far as each gateway lets them in; observers may only read; all other access is denied.
+/// A fleet has its own name and authority. Each structure's gateway connects to the fleet's router with a certificate
+/// that the fleet's authority issued for the structure's name, e.g. `router.tower`. It may forward faults, phases and
+/// presence of its structure and reply for it; operators of the fleet may issue commands to the modules of every structure
+/// whose gateway admits them; observers may only read; all other access is denied.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Name of the fleet
@@ -34,11 +34,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     common.print_router(&comment(&fleet), rules::of_fleet(&fleet), None)
 }
 
-/// The common names of the structure would coincide with those of the fleet.
+/// Rejects a fleet with a structure's name: their certificates would have the same names.
 fn check_name(fleet: &StructureName, structures: &[StructureName]) -> Result<(), Failure> {
     if structures.contains(fleet) {
         return Err(Failure::usage(format!(
-            "`{fleet}` is a structure and cannot be the fleet too; use a name of its own"
+            "`{fleet}` is the name of a structure; give the fleet another name"
         )));
     }
     Ok(())
@@ -51,7 +51,7 @@ fn comment(fleet: &Fleet) -> String {
     let structures = named("structure", structures);
     format!(
         "// Zenoh settings of the router of the fleet `{name}`: mutual TLS and access control. Made by\n\
-         // `trusswatch pki fleet`; run that again instead of changing the rules by hand. {structures};\n\
+         // `trusswatch pki fleet`; run that again instead of editing the rules. {structures};\n\
          // {operators}; {observers}. Certificates and endpoints are given by `--tls` and `--listen`."
     )
 }

@@ -14,26 +14,26 @@ use truss::Structure;
 
 use crate::failure::Failure;
 use crate::model;
-use parties::{Gateway, Linked, People, Side};
+use parties::{Gateway, Linked, People};
 use settings::{Common, gateway_endpoint};
 
 /// Print Zenoh settings for access control in a structure
 ///
-/// A module may write only its own keys and answer only its own questions, operators may issue commands,
-/// observers may only read; all other access is denied. Operators and observers are those named here and
-/// those in the directory of certificates. Routers that are linked to each other are named to each other, each with
-/// those who are on its side of the link.
+/// A module may publish and reply only on its own keys, operators may issue commands,
+/// observers may only read; all other access is denied. Operators and observers are given here or
+/// by the directory of certificates. The settings of linked routers name each other with --router, each with the
+/// holders on the other's side of the link.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// Description of the structure (TOML), for its modules
     structure: PathBuf,
-    /// Kind of process that the settings are for
+    /// Process that enforces access control
     #[arg(long, value_enum, default_value = "router")]
     mode: EnforcedBy,
     #[command(flatten)]
     common: Common,
-    /// A router that this one is linked to, with those on its side, behind further routers too, e.g.
-    /// `top=module3,module4,operator.ada`; without `=` it may pass on what anybody of the structure may say. May be
+    /// A linked router with the holders on its side, also those behind further routers, e.g.
+    /// `top=module3,module4,operator.ada`; without `=` it may forward messages of every holder of the structure. May be
     /// repeated
     #[arg(long = "router", value_name = "NAME[=HOLDER,...]")]
     routers: Vec<Linked>,
@@ -41,22 +41,22 @@ pub(super) struct Arguments {
     to_fleet: ToFleet,
 }
 
-/// What makes a router the gateway of its structure to a fleet.
+/// Arguments of a router that is the gateway of its structure to a fleet.
 #[derive(Debug, clap::Args)]
 struct ToFleet {
-    /// The router of a fleet that this one is the structure's gateway to, with the fleet's operators whose commands to
-    /// modules it lets in, e.g. `hub.fleet=operator.ada`. Of the structure only faults, phases and presence leave
+    /// Make this router the structure's gateway to this router of a fleet; it forwards commands of these operators of the
+    /// fleet to modules, e.g. `hub.fleet=operator.ada`. Only faults, phases and presence leave the structure
     #[arg(long, value_name = "NAME.FLEET[=OPERATOR,...]", requires_all = ["fleet_endpoint", "fleet_tls"])]
     gateway: Option<Gateway>,
     /// Endpoint of the fleet's router, e.g. `tls/192.0.2.99:7447`
     #[arg(long, value_name = "ENDPOINT", requires = "gateway")]
     fleet_endpoint: Option<String>,
-    /// Directory with the certificate that the fleet's authority has issued to the gateway
+    /// Directory of the gateway's certificate from the fleet's authority
     #[arg(long, value_name = "DIRECTORY", requires = "gateway")]
     fleet_tls: Option<PathBuf>,
 }
 
-/// The process that enforces it.
+/// The process that enforces access control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum EnforcedBy {
     /// A router, for clients
@@ -99,12 +99,12 @@ fn check_gateway(
 ) -> Result<(), Failure> {
     let Some(gateway) = gateway else { return Ok(()) };
     if mode != EnforcedBy::Router {
-        return Err(Failure::usage("a gateway is a router; leave out `--mode peer`"));
+        return Err(Failure::usage("--gateway with `--mode peer`; only a router can be a gateway"));
     }
     let fleet = &gateway.router.structure;
     if *fleet == structure.name {
         return Err(Failure::usage(format!(
-            "--gateway {}: `{fleet}` is the structure itself; a fleet has a name of its own",
+            "--gateway {}: `{fleet}` is the name of the structure; give the fleet another name",
             gateway.router
         )));
     }
@@ -115,8 +115,7 @@ fn check_gateway(
 fn check_sides(structure: &Structure, people: &People) -> Result<(), Failure> {
     let modules = || structure.equipped().map(|module| &module.name);
     for Linked { router, side } in &people.routers {
-        let Side::These(holders) = side else { continue };
-        for holder in holders {
+        for holder in side.iter().flatten() {
             if let Holder::Module(name) = holder
                 && !modules().any(|known| known == name)
             {
@@ -157,7 +156,7 @@ fn comment(structure: &Structure, mode: EnforcedBy, people: &People) -> String {
         gateway.map_or(String::new(), |gateway| format!("; gateway to {}", gateway.router));
     format!(
         "// Zenoh settings of {owner} in the structure `{}`, for others with {others}: mutual TLS and access\n\
-         // control. Made by `trusswatch pki access`; run that again instead of changing the rules by hand.\n\
+         // control. Made by `trusswatch pki access`; run that again instead of editing the rules.\n\
          // {operators}; {observers}{routers}{gateway}. Certificates and endpoints are given by `tls`, `listen` and\n\
          // `connect` of the configuration that names this file, or by `--tls`, `--listen` and `--connect`.",
         structure.name

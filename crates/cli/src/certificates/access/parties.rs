@@ -32,24 +32,14 @@ pub(super) struct Fleet {
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Linked {
     pub(super) router: BearerName,
-    pub(super) side: Side,
+    /// The holders whose messages arrive over the link: behind the router at its other end, or behind further ones. Any
+    /// holder of the structure if `None`.
+    pub(super) side: Option<BTreeSet<Holder>>,
 }
 
-/// The holders whose messages arrive over a link: behind the router at its other end, or behind further ones.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Side {
-    /// Any holder of the structure.
-    Everybody,
-    /// These holders.
-    These(BTreeSet<Holder>),
-}
-
-impl Side {
-    pub(super) fn includes(&self, holder: &Holder) -> bool {
-        match self {
-            Side::Everybody => true,
-            Side::These(holders) => holders.contains(holder),
-        }
+impl Linked {
+    pub(super) fn passes_on(&self, holder: &Holder) -> bool {
+        self.side.as_ref().is_none_or(|holders| holders.contains(holder))
     }
 }
 
@@ -59,11 +49,11 @@ impl FromStr for Linked {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (router, side) = match text.split_once('=') {
-            None => (text, Side::Everybody),
+            None => (text, None),
             Some((router, holders)) => {
                 let holders = holders.split(',').map(|holder| holder.trim().parse::<Holder>());
                 let holders: Result<_, _> = holders.collect();
-                (router, Side::These(holders.map_err(|error| error.to_string())?))
+                (router, Some(holders.map_err(|error| error.to_string())?))
             }
         };
         let named = router.strip_prefix("router.").unwrap_or(router);
@@ -118,11 +108,11 @@ mod tests {
     #[test]
     fn a_router_is_given_with_or_without_its_side() {
         let all: Linked = "ground".parse().unwrap();
-        assert_eq!((all.router.to_string().as_str(), &all.side), ("ground", &Side::Everybody));
+        assert_eq!((all.router.to_string().as_str(), &all.side), ("ground", &None));
         let some: Linked = "router.top=module2, operator.ada".parse().unwrap();
         let module = |name: &str| Holder::Module(name.parse().unwrap());
-        assert!(some.side.includes(&module("module2")) && !some.side.includes(&module("module1")));
-        assert!(some.side.includes(&Holder::Operator("ada".parse().unwrap())));
+        assert!(some.passes_on(&module("module2")) && !some.passes_on(&module("module1")));
+        assert!(some.passes_on(&Holder::Operator("ada".parse().unwrap())));
         for wrong in ["", "=module1", "top=", "top=king.ada", "a/b"] {
             assert!(wrong.parse::<Linked>().is_err(), "{wrong}");
         }

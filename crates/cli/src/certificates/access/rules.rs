@@ -31,19 +31,19 @@ const ASK: &[&str] = &["query"];
 const REQUEST: &[&str] =
     &["declare_subscriber", "query", "liveliness_query", "declare_liveliness_subscriber"];
 
-const GET: &str = "gets what it may know";
-const ASKED: &str = "is asked and listened to";
-const HEAR: &str = "listens";
-const READ: &str = "asks what only tells";
-const PEER: &str = "asks as a peer";
-const PLANT: &str = "plant speaks";
-const LISTENS: &str = "the fleet listens";
-const WATCHES: &str = "the fleet watches who is there";
-const ASKS: &str = "the fleet asks what only tells";
-const PUBLISHES: &str = "publishes to the fleet";
-const SHOWS: &str = "the fleet sees who is there";
-const ANSWERS: &str = "the fleet is answered";
-const ORDERS: &str = "the fleet orders";
+const GET: &str = "receive publications and replies";
+const ASKED: &str = "receive queries and subscriptions";
+const HEAR: &str = "subscribe";
+const READ: &str = "query";
+const PEER: &str = "query as a peer";
+const PLANT: &str = "publish as plant";
+const LISTENS: &str = "fleet subscribes";
+const WATCHES: &str = "fleet reads liveliness";
+const ASKS: &str = "fleet queries";
+const PUBLISHES: &str = "publish to fleet";
+const SHOWS: &str = "liveliness to fleet";
+const ANSWERS: &str = "reply to fleet";
+const ORDERS: &str = "fleet commands";
 
 /// The table `access_control` for the modules of a structure, its plant and these users.
 pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
@@ -51,13 +51,13 @@ pub(super) fn of_structure(structure: &Structure, people: &People) -> Value {
     let mut access = AccessRules::new(&people.generations);
     access.add_general_rules(structure);
     for module in structure.equipped() {
-        let rule = speaks(&module.name);
+        let rule = publish_as(&module.name);
         access.allow(&rule, INCOMING, OWN, realm::of_module(name, &module.name));
         access.admit(name, Holder::Module(module.name.clone()), &[&rule, PEER]);
     }
     access.admit(name, Holder::Plant, &[PLANT]);
     for operator in &people.operators {
-        let rule = orders(operator);
+        let rule = command_as(operator);
         if let Ok(known) = operator.to_string().parse() {
             access.allow(&rule, INCOMING, ASK, realm::commands_of(name, &known));
         }
@@ -90,7 +90,7 @@ pub(super) fn of_fleet(fleet: &Fleet) -> Value {
         access.join(&fleet.name, structure);
     }
     for operator in &fleet.people.operators {
-        let rule = orders(operator);
+        let rule = command_as(operator);
         if let Ok(known) = operator.to_string().parse::<OperatorName>() {
             let structures = fleet.structures.iter();
             let keys = structures.flat_map(|structure| Crossing::of(structure).commands_of(&known));
@@ -141,22 +141,21 @@ impl<'a> AccessRules<'a> {
 
     /// Permits a router to forward the messages of the holders on its side, and nothing else.
     fn link(&mut self, structure: &Structure, operators: &BTreeSet<BearerName>, linked: &Linked) {
-        let Linked { router, side } = linked;
         let modules = structure.equipped().map(|module| &module.name);
         let modules: Vec<_> =
-            modules.filter(|name| side.includes(&Holder::Module((*name).clone()))).collect();
-        let mut rules: Vec<String> = modules.iter().map(|name| speaks(name)).collect();
+            modules.filter(|name| linked.passes_on(&Holder::Module((*name).clone()))).collect();
+        let mut rules: Vec<String> = modules.iter().map(|name| publish_as(name)).collect();
         if !modules.is_empty() {
             rules.push(PEER.to_owned());
         }
-        if side.includes(&Holder::Plant) {
+        if linked.passes_on(&Holder::Plant) {
             rules.push(PLANT.to_owned());
         }
         let there =
-            operators.iter().filter(|name| side.includes(&Holder::Operator((*name).clone())));
-        rules.extend(there.map(orders));
+            operators.iter().filter(|name| linked.passes_on(&Holder::Operator((*name).clone())));
+        rules.extend(there.map(command_as));
         let rules: Vec<&str> = rules.iter().map(String::as_str).collect();
-        self.admit(&structure.name, Holder::Router(router.clone()), &rules);
+        self.admit(&structure.name, Holder::Router(linked.router.clone()), &rules);
     }
 
     /// Permits the fleet's router to exchange the messages that may leave or enter the structure, and nothing else.
@@ -188,8 +187,12 @@ impl<'a> AccessRules<'a> {
         let own = Crossing::of(structure);
         let answers = [own.questions(), own.commands()].concat();
         let does = |what: &str| format!("{structure} {what}");
-        let rules =
-            [does("publishes"), does("shows who is there"), does("answers"), does("is ordered")];
+        let rules = [
+            does("publishes"),
+            does("declares liveliness"),
+            does("replies"),
+            does("receives commands"),
+        ];
         self.allow(&rules[0], INCOMING, PUBLISH, own.news());
         self.allow(&rules[1], INCOMING, SHOW, own.tokens());
         self.allow(&rules[2], INCOMING, ANSWER, answers);
@@ -234,12 +237,12 @@ impl<'a> AccessRules<'a> {
     }
 }
 
-fn orders(operator: &BearerName) -> String {
-    format!("{operator} orders")
+fn command_as(operator: &BearerName) -> String {
+    format!("command as {operator}")
 }
 
-fn speaks(module: &ModuleName) -> String {
-    format!("{module} speaks")
+fn publish_as(module: &ModuleName) -> String {
+    format!("publish as {module}")
 }
 
 #[cfg(test)]
@@ -255,7 +258,7 @@ mod tests {
         rules.iter().map(|rule| rule.as_str().unwrap().to_owned()).collect()
     }
 
-    /// Does a rule cover this key?
+    /// Whether a rule covers this key.
     fn covers(access: &Value, rule: &str, key: &str) -> bool {
         let rules = access["rules"].as_array().unwrap();
         let rule = rules.iter().find(|known| known["id"] == rule).unwrap();
@@ -302,31 +305,31 @@ mod tests {
             "router.wall.tower",
         ];
         assert_eq!(subjects, expected);
-        assert!(rules_of(&access, "module1.tower").contains(&"module1 speaks".to_owned()));
-        assert!(!rules_of(&access, "module2.tower").contains(&"module1 speaks".to_owned()));
+        assert!(rules_of(&access, "module1.tower").contains(&"publish as module1".to_owned()));
+        assert!(!rules_of(&access, "module2.tower").contains(&"publish as module1".to_owned()));
     }
 
     #[test]
-    fn an_operator_commands_in_his_own_name() {
+    fn an_operator_commands_only_under_the_own_name() {
         let access = access();
         let key = |rest: &str| format!("trusswatch/tower/module1/command/{rest}");
-        assert!(covers(&access, "ada orders", &key("acknowledge/ada")));
-        assert!(covers(&access, "ada orders", "trusswatch/tower/plant/command/inject"));
+        assert!(covers(&access, "command as ada", &key("acknowledge/ada")));
+        assert!(covers(&access, "command as ada", "trusswatch/tower/plant/command/inject"));
         for other in ["acknowledge/bob", "acknowledge", "acknowledge/*"] {
-            assert!(!covers(&access, "ada orders", &key(other)), "{other}");
+            assert!(!covers(&access, "command as ada", &key(other)), "{other}");
         }
     }
 
     #[test]
-    fn a_router_passes_on_what_its_side_may_say() {
+    fn a_router_forwards_messages_of_its_side() {
         let access = access();
         let rules = |router: &str| rules_of(&access, &format!("router.{router}.tower"));
-        let (first, second) = ("module1 speaks", "module2 speaks");
+        let (first, second) = ("publish as module1", "publish as module2");
         assert_eq!(
             rules("all"),
-            [first, second, PEER, PLANT, "ada orders", HEAR, READ, GET, ASKED]
+            [first, second, PEER, PLANT, "command as ada", HEAR, READ, GET, ASKED]
         );
-        assert_eq!(rules("top"), [second, PEER, "ada orders", HEAR, READ, GET, ASKED]);
+        assert_eq!(rules("top"), [second, PEER, "command as ada", HEAR, READ, GET, ASKED]);
         assert_eq!(rules("bottom"), [first, PEER, PLANT, HEAR, READ, GET, ASKED]);
         assert_eq!(rules("wall"), [HEAR, READ, GET, ASKED]);
     }
@@ -335,19 +338,19 @@ mod tests {
     fn a_module_may_publish_its_own_identifications_and_observers_may_read_all() {
         let access = access();
         let own = "trusswatch/tower/module1/identification/sensor/g3";
-        assert!(covers(&access, "module1 speaks", own));
-        assert!(!covers(&access, "module2 speaks", own));
+        assert!(covers(&access, "publish as module1", own));
+        assert!(!covers(&access, "publish as module2", own));
         assert!(covers(&access, READ, own) && covers(&access, HEAR, own));
         assert!(covers(&access, READ, "trusswatch/*/*/identification/**"));
     }
 
     #[test]
-    fn observers_may_do_less_than_operators_and_both_write_nothing() {
+    fn observers_have_fewer_rights_than_operators_and_neither_may_publish() {
         let access = access();
         let observer = rules_of(&access, "observer.wall.tower");
         let operator = rules_of(&access, "operator.ada.tower");
         assert_eq!(observer, [HEAR, READ, GET, ASKED]);
-        assert_eq!(operator, ["ada orders", HEAR, READ, GET, ASKED]);
+        assert_eq!(operator, ["command as ada", HEAR, READ, GET, ASKED]);
         for rule in access["rules"].as_array().unwrap() {
             let id = rule["id"].as_str().unwrap().to_owned();
             let incoming = rule["flows"][0] == "ingress";
@@ -360,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn of_the_structure_only_faults_phases_and_presence_leave_and_orders_of_operators_enter() {
+    fn a_gateway_forwards_faults_phases_presence_and_commands_of_operators_only() {
         let text = include_str!("../../../../../configs/tower.toml");
         let gateway = Some("hub.fleet=operator.ada".parse().unwrap());
         let people = People { gateway, ..People::default() };
@@ -402,7 +405,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gateway_speaks_for_its_structure_only() {
+    fn a_gateway_publishes_for_its_structure_only() {
         let access = fleet_access();
         let rules = rules_of(&access, "router.tower.fleet");
         assert!(
@@ -414,35 +417,38 @@ mod tests {
         let own = |rest: &str| format!("trusswatch/tower/module1/{rest}");
         for published in ["fault/sensor/g3", "identification/sensor/g3", "phase"] {
             assert!(covers(&access, "tower publishes", &own(published)), "{published}");
-            assert!(covers(&access, "tower answers", &own(published)), "{published}");
+            assert!(covers(&access, "tower replies", &own(published)), "{published}");
         }
-        assert!(covers(&access, "tower answers", &own("command/reset/*")));
+        assert!(covers(&access, "tower replies", &own("command/reset/*")));
         for not in
             ["sample", "divergence", "change", "status", "progress", "state", "command/reset"]
         {
             assert!(!covers(&access, "tower publishes", &own(not)), "{not}");
-            assert!(!covers(&access, "tower answers", &own(not)), "{not}");
+            assert!(!covers(&access, "tower replies", &own(not)), "{not}");
         }
         assert!(!covers(&access, "tower publishes", "trusswatch/mast/module1/fault/sensor/g3"));
-        assert!(!covers(&access, "tower answers", "trusswatch/mast/module1/history"));
+        assert!(!covers(&access, "tower replies", "trusswatch/mast/module1/history"));
     }
 
     #[test]
-    fn an_operator_of_the_fleet_commands_modules_of_every_structure_in_his_own_name() {
+    fn an_operator_of_the_fleet_commands_every_module_only_under_the_own_name() {
         let access = fleet_access();
-        assert_eq!(rules_of(&access, "operator.ada.fleet"), ["ada orders", HEAR, READ, GET, ASKED]);
+        assert_eq!(
+            rules_of(&access, "operator.ada.fleet"),
+            ["command as ada", HEAR, READ, GET, ASKED]
+        );
         assert_eq!(rules_of(&access, "observer.wall.fleet"), [HEAR, READ, GET, ASKED]);
         for structure in ["tower", "mast"] {
             let key = |rest: &str| format!("trusswatch/{structure}/{rest}");
-            assert!(covers(&access, "ada orders", &key("module1/command/acknowledge/ada")));
+            assert!(covers(&access, "command as ada", &key("module1/command/acknowledge/ada")));
             for not in [
                 "module1/command/acknowledge/bob",
                 "module1/command/acknowledge",
                 "plant/command/inject",
             ] {
-                assert!(!covers(&access, "ada orders", &key(not)), "{not}");
+                assert!(!covers(&access, "command as ada", &key(not)), "{not}");
             }
         }
-        assert!(!covers(&access, "ada orders", "trusswatch/other/module1/command/reset/ada"));
+        assert!(!covers(&access, "command as ada", "trusswatch/other/module1/command/reset/ada"));
     }
 }

@@ -16,11 +16,11 @@ use super::parties::People;
 use crate::failure::Failure;
 use crate::output;
 
-/// Where it listens, for whom, and when a link is dead.
+/// Endpoints, permitted users and lease of the process that enforces access control.
 #[derive(Debug, clap::Args)]
 pub(super) struct Common {
-    /// Endpoint to listen on, e.g. `tls/192.0.2.10:7447`; may be repeated. Without any it is one on the
-    /// loopback
+    /// Endpoint to listen on, e.g. `tls/192.0.2.10:7447`; may be repeated [default: an endpoint on the loopback
+    /// interface]
     #[arg(long, value_name = "ENDPOINT")]
     listen: Vec<String>,
     /// An operator, who may issue commands; may be repeated
@@ -29,11 +29,11 @@ pub(super) struct Common {
     /// An observer, who may only read; may be repeated
     #[arg(long = "observer", value_name = "NAME")]
     observers: Vec<BearerName>,
-    /// A link whose other side is silent for this long is dead [ms]; more than the default for long or lossy links
+    /// A link without a message for this time is closed [ms]; use more than the default for long or lossy links
     #[arg(long, value_name = "MS", default_value_t = DEFAULT_LEASE_MS, value_parser = lease_ms)]
     lease_ms: u32,
-    /// Directory of certificates, whose operators and observers are added. Who has had a certificate
-    /// revoked is admitted by the next one only; without it, everybody by the first one
+    /// Directory of certificates; adds its operators and observers, and denies revoked certificates. Without it, only the
+    /// first certificate of each holder is accepted
     #[arg(long = "dir", value_name = "DIRECTORY")]
     directory: Option<PathBuf>,
 }
@@ -173,7 +173,7 @@ pub(super) fn gateway_endpoint(place: &str, directory: &Path) -> Result<String, 
     if place.contains('#') || named.contains('#') || named.matches(';').count() >= files.len() {
         let directory = directory.display();
         return Err(Failure::usage(format!(
-            "`{place}` and `{directory}`: a place and a directory of certificates without `#` and `;` are needed"
+            "`{place}`, `{directory}`: an endpoint and a directory of certificates must not contain `#` or `;`"
         )));
     }
     Ok(format!("{place}#{named}"))

@@ -645,7 +645,9 @@ pub(super) fn differences(windows: &[Vec<f64>]) -> impl Iterator<Item = Vec<f64>
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Statistics {
     recent: VecDeque<Vec<f64>>,
+    #[serde(skip)]
     reference_inverses: Inverses,
+    #[serde(skip)]
     change_inverses: Inverses,
     reference: Vec<f64>,
     change: Vec<f64>,

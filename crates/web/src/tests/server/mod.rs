@@ -27,7 +27,7 @@ use zenoh::Session;
 
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
-use crate::listener::{Listener, ListenerSettings, PageAddress, TlsFiles};
+use crate::listener::{Listener, PageAccess};
 use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
@@ -51,20 +51,16 @@ pub(crate) struct PageServer {
 #[derive(Default)]
 pub(crate) struct Setup {
     pub(crate) access: AccessSettings,
-    pub(crate) tls: Option<TlsFiles>,
+    pub(crate) page: PageAccess,
     /// The endpoint of a stand-in.
     pub(crate) network: Option<String>,
     pub(crate) operator: Option<OperatorName>,
-    /// The page's address at a proxy.
-    pub(crate) behind_proxy: Option<PageAddress>,
 }
 
 impl PageServer {
     pub(crate) async fn start(setup: Setup) -> Self {
-        let Setup { mut access, tls, network, operator, behind_proxy } = setup;
-        let listen = vec!["127.0.0.1:0".parse().unwrap()];
-        let settings = ListenerSettings { listen, tls, behind_proxy, names: Vec::new() };
-        access.site = settings.site();
+        let Setup { mut access, page, network, operator } = setup;
+        access.site = page.site();
         let (trigger, shutdown) = shutdown::pair();
         let app = App {
             observed: Arc::new(Observed::new(live(network), Duration::from_secs(10))),
@@ -77,8 +73,8 @@ impl PageServer {
             shutdown: shutdown.clone(),
         };
         let shared = Arc::new(app);
-        let listener = Listener::bind(&settings).await.unwrap();
-        let address = listener.addresses()[0];
+        let listener = Listener::bind("127.0.0.1:0".parse().unwrap(), &page).await.unwrap();
+        let address = listener.address().unwrap();
         let access = Arc::clone(&shared.access);
         let router = pages().merge(access::routes(Arc::clone(&access))).merge(orders::routes());
         let router = access::protect(router.with_state(shared.clone()), access);

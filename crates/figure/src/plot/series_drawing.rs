@@ -1,28 +1,22 @@
-//! Series on a plot: bands, bars, lines, markers.
+//! Series on a plot: bands, lines, markers.
 
-use svg::node::element::{Group, Path, Polygon, Rectangle};
+use svg::node::element::{Group, Path, Polygon};
 
-use super::area::PlotArea;
-use super::decimation;
 use super::ink;
+use super::panel_drawing::PlotArea;
 use super::series::{Series, Shape};
 
-/// Share of the distance between bars that a bar fills.
-const BAR: f64 = 0.6;
 /// Half the width of the end of a whisker \[px\].
 const WHISKER: f64 = 3.0;
 
 impl PlotArea<'_> {
-    /// Bands first, then bars, then lines.
+    /// Bands first, then lines.
     pub(super) fn series(&self) -> Group {
         let all = &self.layout.panel.series;
         let is_line = |series: &&Series| matches!(series.shape, Shape::Line | Shape::MarkedLine);
         let mut group = Group::new();
         for series in all.iter().filter(is_line).filter(|series| !series.spread.is_empty()) {
             group = group.add(self.band(series));
-        }
-        for series in all.iter().filter(|series| series.shape == Shape::Bars) {
-            group = self.bars(group, series);
         }
         for line in all.iter().filter(is_line).filter_map(|series| self.line(series)) {
             group = group.add(line);
@@ -48,8 +42,7 @@ impl PlotArea<'_> {
         let points: Vec<Option<[f64; 2]>> =
             series.points.iter().map(|point| self.point(*point)).collect();
         let runs = points.split(|point| point.is_none()).filter(|run| !run.is_empty());
-        runs.map(|run| decimation::extremes(&run.iter().copied().flatten().collect::<Vec<_>>()))
-            .collect()
+        runs.map(|run| extremes(&run.iter().copied().flatten().collect::<Vec<_>>())).collect()
     }
 
     fn band(&self, series: &Series) -> Polygon {
@@ -61,21 +54,6 @@ impl PlotArea<'_> {
         let back: Vec<[f64; 2]> = ends(1).collect();
         corners.extend(back.into_iter().rev());
         ink::area(&corners).set("fill", series.stroke.colour).set("fill-opacity", 0.18)
-    }
-
-    fn bars(&self, mut group: Group, series: &Series) -> Group {
-        let width = BAR * (self.layout.across(1.0) - self.layout.across(0.0)).abs();
-        let zero = self.down(0.0);
-        for [x, y] in series.points.iter().filter_map(|point| self.point(*point)) {
-            let bar = Rectangle::new()
-                .set("x", ink::tenths(x - 0.5 * width))
-                .set("y", ink::tenths(y.min(zero)))
-                .set("width", ink::tenths(width))
-                .set("height", ink::tenths((zero - y).abs()))
-                .set("fill", series.stroke.colour);
-            group = group.add(bar);
-        }
-        self.whiskers(group, series)
     }
 
     fn whiskers(&self, mut group: Group, series: &Series) -> Group {
@@ -105,5 +83,52 @@ impl PlotArea<'_> {
             }
         }
         group
+    }
+}
+
+/// The lowest and the highest point of each pixel column, in their order: this loses no peak, and more is not visible.
+/// Points must have ascending x.
+fn extremes(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let same_column = |a: &[f64; 2], b: &[f64; 2]| a[0].floor() == b[0].floor();
+    let mut kept = Vec::with_capacity(points.len());
+    for column in points.chunk_by(same_column) {
+        let by_height = |a: &&[f64; 2], b: &&[f64; 2]| a[1].total_cmp(&b[1]);
+        let Some(low) = column.iter().min_by(by_height) else { continue };
+        let Some(high) = column.iter().max_by(by_height) else { continue };
+        let (first, second) = if low[0] <= high[0] { (low, high) } else { (high, low) };
+        kept.push(*first);
+        if first != second {
+            kept.push(*second);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_and_the_smallest_value_of_every_column_stay() {
+        let height = |i: u32| f64::from(i.wrapping_mul(2_654_435_761) >> 20);
+        let points: Vec<[f64; 2]> = (0..5000).map(|i| [f64::from(i) / 37.0, height(i)]).collect();
+        let kept = extremes(&points);
+        assert!(kept.len() <= 2 * 136, "{}", kept.len());
+        for column in 0..136 {
+            let of = |points: &[[f64; 2]]| {
+                let inside = points.iter().filter(|p| p[0].floor() == f64::from(column));
+                let ends = [f64::MAX, f64::MIN];
+                inside.fold(ends, |[low, high], p| [low.min(p[1]), high.max(p[1])])
+            };
+            assert_eq!(of(&kept), of(&points), "{column}");
+        }
+        assert!(kept.is_sorted_by(|a, b| a[0] <= b[0]));
+    }
+
+    #[test]
+    fn few_points_stay_as_they_are() {
+        let points = [[0.5, 1.0], [1.5, 2.0], [4.0, 0.0]];
+        assert_eq!(extremes(&points), points);
+        assert!(extremes(&[]).is_empty());
     }
 }
