@@ -214,12 +214,12 @@ async fn without_a_freeze_frame_it_says_why() {
     tower.frames("module1", vec![frame_of(&latched)]).await;
     let shown = tower.run(&["fault", "show", "sensor/g3"]);
     shown.succeeds();
-    let why = "no freeze frame: it is complete only two seconds after latching";
+    let why = "no freeze frame: frames are complete two seconds after latching";
     assert!(shown.stdout.contains(why), "{}", shown.stdout);
     let svg = ["fault", "show", "sensor/g3", "--svg", "/nowhere/frame.svg"];
     tower.run(&svg).fails(
         1,
-        &["module1/sensor/g3: no freeze frame: it is complete only two seconds after latching"],
+        &["module1/sensor/g3: no freeze frame: frames are complete two seconds after latching"],
     );
     let svg = ["fault", "show", "sensor/g4", "--svg", "/nowhere/frame.svg"];
     tower.run(&svg).fails(1, &["/nowhere/frame.svg"]);

@@ -127,7 +127,7 @@ async fn what_a_fault_is_stands_after_it() {
 async fn without_any_journal_it_fails() {
     let tower = tower().await;
     let named = tower.run(&["history", "--module", "module3", "module9", "--timeout", "10"]);
-    named.fails(4, &["module3: no answer within 10s", "module9: not there"]);
+    named.fails(4, &["module3: no answer within 10s", "module9: not seen"]);
     let nowhere = nowhere();
     run(&["history", "--connect", &nowhere, "--timeout", "0.5"]).fails(4, &[&nowhere]);
 }

@@ -158,7 +158,7 @@ async fn an_absent_module_and_a_silent_one_are_distinguished() {
     let ack = |tower: &StandIn, timeout| {
         tower.run(&["ack", "module1/sensor/g2", "--by", "ada", "--timeout", timeout])
     };
-    ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not there", "no command was sent"]);
+    ack(&tower, "0.5").fails(4, &["module1/sensor/g2", "not seen", "no command was sent"]);
     tower.silence("module1", Topic::Command(OrderKind::Acknowledge)).await;
     tower.token("module1").await;
     ack(&tower, "10").fails(4, &["module1/sensor/g2", "may or may not have been carried out"]);

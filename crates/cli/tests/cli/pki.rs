@@ -212,7 +212,7 @@ fn a_gateway_connects_to_the_router_of_another_name_with_the_certificate_of_the_
     access(&[&["--gateway", "hub"], &TO_FLEET[..]].concat())
         .fails(2, &["invalid fleet router `hub`: expected `NAME.fleet`, e.g. `hub.fleet`"]);
     access(&[&["--mode", "peer"], &gateway[..], &TO_FLEET].concat())
-        .fails(2, &["a gateway is a router"]);
+        .fails(2, &["only a router can be a gateway"]);
 }
 
 #[test]
@@ -227,7 +227,7 @@ fn the_router_of_a_fleet_admits_gateways_by_the_names_of_their_structures() {
     let file = folder.path().join("hub.json5");
     fs::write(&file, &printed.stdout).unwrap();
     check(&file).succeeds();
-    pki(folder.path(), &["fleet", "tower", "tower"]).fails(2, &["a name of its own"]);
+    pki(folder.path(), &["fleet", "tower", "tower"]).fails(2, &["give the fleet another name"]);
 }
 
 /// The common names that the rules of the tower admit.

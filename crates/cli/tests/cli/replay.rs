@@ -95,7 +95,7 @@ fn what_cannot_be_verified_is_not() {
         messages.retain(|message| !message.topic.ends_with("/input"));
     });
     let outcome = replay(&files, &["--verify"]);
-    outcome.fails(3, &["nothing can be verified", "is not in the recording"]);
+    outcome.fails(3, &["nothing can be verified", "are not in the recording"]);
     let nothing = PathBuf::from("/nonexistent.mcap");
     replay(&[nothing.clone(), nothing], &[]).fails(3, &["/nonexistent.mcap"]);
 }
