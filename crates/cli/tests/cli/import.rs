@@ -84,7 +84,7 @@ fn two_loggers_become_a_recording_that_is_learnt_and_judged() {
     outcome.succeeds();
     assert!(outcome.stdout.contains("e1: faulty, rows 149"), "{}", outcome.stdout);
     let picture = std::fs::read_to_string(&svg).unwrap();
-    for part in [">e1<", ">F<", ">faulty<", ">expected<"] {
+    for part in ["(a) e1\n", "(c) F\n", "\nfaulty\n"] {
         assert!(picture.contains(part), "{part}");
     }
     let config = here.join("span.toml");

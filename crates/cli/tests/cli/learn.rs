@@ -84,7 +84,7 @@ fn from_tables_to_a_named_fault_in_two_commands() {
     let outcome = run(&["detect", &today, "--config", &module, "--svg", &picture]);
     outcome.succeeds();
     let picture = std::fs::read_to_string(&svg).unwrap();
-    for part in ["<svg", ">e3<", ">Kraft<", ">faulty<", ">expected<"] {
+    for part in ["<svg", "(c) e3\n", "(e) Kraft\n", "\nfaulty\n", "\nexpected\n"] {
         assert!(picture.contains(part), "{part}");
     }
     let line = outcome.stdout.lines().find(|line| line.starts_with("e3: faulty, rows ")).unwrap();
