@@ -7,9 +7,9 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_diagnoser, load_plant, load_reference, load_schedule};
-use daemon::thresholds::Thresholds;
 use diagnosis::state::Reference;
 use diagnosis::state::learned::LearnedModule;
+use diagnosis::thresholds::Thresholds;
 use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 
