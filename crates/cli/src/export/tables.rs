@@ -6,11 +6,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ::replay::ModuleRecord;
+use ::replay::{ModuleRecord, RunRows};
 use diagnosis::ModuleSetup;
 use vocabulary::{ModuleName, RunId};
 
-use super::columns::RunRows;
 use super::csv_table::TableText;
 use crate::failure::Failure;
 use crate::replay::read;
