@@ -12,7 +12,6 @@ pub mod diagnoser;
 pub mod plant;
 pub mod player;
 pub mod recorder;
-pub mod thresholds;
 
 mod counters;
 mod messages;

@@ -1,5 +1,6 @@
 //! One module's diagnoser: events in, actions out. No clock, no runtime, no socket.
 
+pub mod detector;
 pub mod divergence;
 pub mod residual;
 
@@ -26,12 +27,14 @@ mod order;
 mod question;
 mod recent;
 mod sample;
+mod sections;
 mod settings;
 mod shelving;
 mod shift;
 pub mod state;
 #[cfg(test)]
 mod testing;
+pub mod thresholds;
 mod unseen;
 mod validity;
 mod verdict;
@@ -44,6 +47,7 @@ pub use monitor::{Monitor, Observation};
 pub use order::{OrderRefusal, OrderToken};
 pub use question::{MAX_CHANGES_IN_ANSWER, PeerFailure, Refusal};
 pub use sample::{Measurements, SampleRejection, Signal};
+pub use sections::{DetectionSection, IsolationSection};
 pub use settings::{
     DetectionSettings, IsolationSettings, ModuleSetup, Rule, SetupError, SignalSettings,
 };

@@ -278,6 +278,32 @@ pub enum SetupError {
     Peer(ModuleName),
 }
 
+impl SetupError {
+    /// Where in a diagnoser's file the problem lies.
+    #[must_use]
+    pub fn place(&self) -> Vec<&str> {
+        match self {
+            SetupError::Divergence(SettingsError::Window(_)) => vec!["detection", "window"],
+            SetupError::Divergence(SettingsError::Lag(_)) => vec!["detection", "lag"],
+            SetupError::Divergence(SettingsError::Interval(_)) => vec!["detection", "interval"],
+            SetupError::Divergence(SettingsError::PriorScatter(_)) => vec!["gage_noise_strain"],
+            SetupError::Hydraulics(error) => vec!["hydraulics", error.name],
+            SetupError::NoHydraulics { .. } => vec!["module"],
+            SetupError::Figure { name: name @ ("step_s" | "gage_noise_strain"), .. } => vec![name],
+            SetupError::Figure {
+                name: name @ ("largest_strain" | "largest_pressure_pa"), ..
+            } => vec!["signals", name],
+            SetupError::Figure { name: name @ "warm_up_vectors", .. } => vec!["detection", name],
+            SetupError::Figure { name, .. } => vec!["isolation", name],
+            SetupError::Peer(_) => vec!["peers"],
+            SetupError::Reference(_) => vec!["reference"],
+            SetupError::Learned(_) => vec!["learned"],
+            SetupError::Structure(_) | SetupError::Model { .. } => vec!["structure"],
+            SetupError::ThresholdCount { .. } | SetupError::Threshold { .. } => vec!["thresholds"],
+        }
+    }
+}
+
 impl ModuleSetup {
     /// A module without a structural model: of `learned`, `thresholds` or `readings` it has none yet.
     #[must_use]

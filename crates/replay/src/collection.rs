@@ -105,6 +105,16 @@ impl ModuleRecord {
         Ok(())
     }
 
+    /// How many samples each run has.
+    #[must_use]
+    pub fn runs(&self) -> BTreeMap<RunId, usize> {
+        let mut runs: BTreeMap<RunId, usize> = BTreeMap::new();
+        for head in (0..self.samples.len()).filter_map(|index| self.samples.head(index)) {
+            *runs.entry(head.run).or_default() += 1;
+        }
+        runs
+    }
+
     fn take_input(&mut self, input: Input) {
         self.note(input.time_unix_ns, input.run, input.step);
         if let Taken::State(_) = &input.taken {

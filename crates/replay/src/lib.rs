@@ -6,6 +6,7 @@
 //! residuals at every step.
 
 mod collection;
+mod columns;
 mod comparison;
 mod course;
 mod cursor;
@@ -19,6 +20,7 @@ mod settings;
 mod shortfall;
 
 pub use collection::{Collection, ModulePosition, ModuleRecord};
+pub use columns::{RunRows, TableRow};
 pub use comparison::ReplayComparison;
 pub use course::{ProcessCourse, RecordedState, courses, latest_setup};
 pub use difference::Difference;

@@ -3,7 +3,8 @@
 use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
+use crate::group::{Diagnosed, RigEvent};
+use crate::rig::{Rig, TimedFault};
 
 /// Steps whose samples do not reach one diagnoser.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

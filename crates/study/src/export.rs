@@ -13,7 +13,8 @@ use crate::campaign::Campaign;
 use crate::case::CaseRun;
 use crate::engine::{Plants, prepare};
 use crate::error::StudyError;
-use crate::rig::{Rig, RigEvent, TimedFault};
+use crate::group::RigEvent;
+use crate::rig::{Rig, TimedFault};
 
 /// A change that a diagnoser reported during a recorded run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,16 +1,14 @@
 //! A plant and its diagnosers in one process.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
-use diagnosis::identification::{Excerpt, IdentificationResult, identify};
-use diagnosis::{
-    Action, ActuatorFault, Change, Diagnoser, Event, GivenOrder, Measurements, Memory, ModuleSetup,
-    OrderRefusal, OrderToken, PastWatch, PeerFailure, QuestionToken, SetupError, StateQuestion,
-    Transition, Verdict,
-};
+use diagnosis::identification::{Excerpt, IdentificationResult};
+use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
+
+use crate::group::{DiagnoserGroup, GroupError, RigEvent};
 
 /// A fault in a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,94 +36,12 @@ fn apply(faults: &[TimedFault], step: Step, plant: &mut Plant) -> Result<(), Inj
     Ok(())
 }
 
-/// An event of a module that the study records.
-#[derive(Debug, Clone, PartialEq)]
-pub enum RigEvent {
-    /// A channel changed.
-    Change {
-        /// The module.
-        module: ModuleName,
-        /// The change.
-        change: Change,
-    },
-    /// A peer answered a module's question.
-    Question {
-        /// The module that asked.
-        asker: ModuleName,
-        /// The module that was asked.
-        peer: ModuleName,
-        /// What.
-        question: StateQuestion,
-        /// The changes that the answer named.
-        changes: Vec<Change>,
-        /// The actuators that the peer declared faulty.
-        actuator_faults: Vec<ActuatorFault>,
-    },
-    /// A fault was identified.
-    Identified {
-        /// The module.
-        module: ModuleName,
-        /// The possible kinds.
-        identification: Box<IdentificationResult>,
-    },
-    /// A verdict changed.
-    Transition {
-        /// The module.
-        module: ModuleName,
-        /// The transition.
-        transition: Box<Transition>,
-    },
-}
-
-impl RigEvent {
-    /// The change and its component, if it is one.
-    #[must_use]
-    pub fn change(&self) -> Option<(ComponentPath, &Change)> {
-        let Self::Change { module, change } = self else { return None };
-        let component = change.component.clone();
-        Some((ComponentPath { module: module.clone(), component }, change))
-    }
-
-    /// The transition and its component, if it is one.
-    #[must_use]
-    pub fn transition(&self) -> Option<(ComponentPath, &Transition)> {
-        let Self::Transition { module, transition } = self else { return None };
-        let component = transition.component.clone();
-        Some((ComponentPath { module: module.clone(), component }, transition))
-    }
-
-    /// The component declared faulty, if the event does so.
-    #[must_use]
-    pub fn diagnosed(&self) -> Option<Diagnosed> {
-        let (component, transition) = self.transition()?;
-        let (detection, decided) = (transition.detection, transition.decided);
-        let is_latched = transition.verdict == Verdict::Latched;
-        is_latched.then_some(Diagnosed { component, detection, decided })
-    }
-}
-
-/// A component that was declared faulty.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Diagnosed {
-    /// The component.
-    pub component: ComponentPath,
-    /// When its divergence reached its threshold.
-    pub detection: Step,
-    /// The step as of which the verdict was found.
-    pub decided: Step,
-}
-
 /// Why a rig cannot be created or advanced.
 #[derive(Debug, thiserror::Error)]
 pub enum RigError {
     /// A diagnoser's setup is invalid.
-    #[error("module `{module}`: {}", problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-    Setup {
-        /// The module.
-        module: ModuleName,
-        /// The problems.
-        problems: Vec<SetupError>,
-    },
+    #[error(transparent)]
+    Setup(#[from] GroupError),
     /// The setups do not match the plant's modules in number or order.
     #[error("diagnosers for `{setups}`, but the plant has `{plant}`; give them in this order")]
     Modules {
@@ -147,22 +63,12 @@ pub enum RigError {
 pub struct Rig {
     plant: Plant,
     run: RunId,
-    setups: Vec<ModuleSetup>,
-    diagnosers: Vec<Diagnoser>,
+    group: DiagnoserGroup,
     samples: Vec<Measurements>,
     faults: Vec<TimedFault>,
-    occurrences: Vec<RigEvent>,
-    actions: Vec<Action>,
-    /// Every question put so far, by token: asker, peer and question.
-    asked: Vec<(usize, ModuleName, StateQuestion)>,
-    /// Those that are not answered yet, and who is to answer.
-    unanswered: BTreeMap<u64, usize>,
-    /// What each diagnoser has stored.
-    stores: Vec<StoredMemory>,
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Measurements>>,
     keep: usize,
-    identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
 
 impl Rig {
@@ -177,30 +83,21 @@ impl Rig {
         run: RunId,
     ) -> Result<Self, RigError> {
         check_modules(&plant, &setups)?;
-        let stores = setups.iter().map(|_| StoredMemory::default()).collect();
-        let diagnosers = setups.iter().cloned().map(diagnoser);
         Ok(Self {
             plant,
             run,
-            diagnosers: diagnosers.collect::<Result<_, _>>()?,
-            setups,
+            group: DiagnoserGroup::new(setups)?,
             samples: Vec::new(),
             faults,
-            occurrences: Vec::new(),
-            actions: Vec::new(),
-            asked: Vec::new(),
-            unanswered: BTreeMap::new(),
-            stores,
             kept: VecDeque::new(),
             keep: 0,
-            identify: None,
         })
     }
 
     /// The diagnosers, in the order of the plant's modules.
     #[must_use]
     pub fn diagnosers(&self) -> &[Diagnoser] {
-        &self.diagnosers
+        self.group.diagnosers()
     }
 
     /// The plant.
@@ -226,7 +123,7 @@ impl Rig {
 
     /// Returns all events so far, in order, and clears them.
     pub fn take_occurrences(&mut self) -> Vec<RigEvent> {
-        std::mem::take(&mut self.occurrences)
+        self.group.take_occurrences()
     }
 
     /// Advances by `steps` steps.
@@ -253,11 +150,9 @@ impl Rig {
         let step = self.plant.next_step();
         apply(&self.faults, step, &mut self.plant)?;
         advance(&mut self.plant, self.run, &mut self.samples);
-        for index in (0..self.diagnosers.len()).filter(|index| !is_lost(*index)) {
-            let Some(diagnoser) = self.diagnosers.get_mut(index) else { continue };
-            diagnoser.take_sample(&self.samples[index], &mut self.actions);
-            if !self.actions.is_empty() {
-                self.carry_out(index);
+        for (place, sample) in self.samples.iter().enumerate() {
+            if !is_lost(place) {
+                self.group.take_sample(place, sample);
             }
         }
         if self.keep > 0 {
@@ -271,12 +166,12 @@ impl Rig {
 
     /// Enables identification of faults: their kind and size, which takes milliseconds each time.
     pub fn identify(&mut self) {
-        self.identify_by(identify);
+        self.group.identify();
     }
 
     /// Likewise with another function.
     pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
-        self.identify = Some(identify);
+        self.group.identify_by(identify);
     }
 
     /// Stores the latest `count` samples of each module for restarted diagnosers.
@@ -290,32 +185,8 @@ impl Rig {
     /// # Errors
     /// Its setup is invalid.
     pub fn restart(&mut self, place: usize) -> Result<(), RigError> {
-        let mut successor = diagnoser(self.setups[place].clone())?;
-        successor.recall(self.stores[place].memory(&self.diagnosers[place]));
-        self.diagnosers[place] = successor;
-        let of_it = self.unanswered.extract_if(.., |_, target| *target == place);
-        for token in of_it.map(|(token, _)| token).collect::<Vec<_>>() {
-            let Some((asker, peer, question)) = self.asked.get(token as usize).cloned() else {
-                continue;
-            };
-            self.pass(asker, Event::Unanswered { peer, question, failure: PeerFailure::Absent });
-        }
-        for index in 0..self.kept.len() {
-            self.diagnosers[place].take_sample(&self.kept[index][place], &mut self.actions);
-            if !self.actions.is_empty() {
-                self.carry_out(place);
-            }
-        }
-        let peer = self.setups[place].module.clone();
-        for other in (0..self.diagnosers.len()).filter(|other| *other != place) {
-            self.pass(other, Event::Returned { peer: peer.clone() });
-        }
+        self.group.restart(place, self.kept.iter().map(|samples| &samples[place]))?;
         Ok(())
-    }
-
-    fn pass(&mut self, place: usize, event: Event) {
-        self.diagnosers[place].handle(event, &mut self.actions);
-        self.carry_out(place);
     }
 
     /// Issues an operator's command to a diagnoser, given by its index. Returns why it was refused, if so.
@@ -325,128 +196,7 @@ impl Rig {
         component: Component,
         order: GivenOrder,
     ) -> Option<OrderRefusal> {
-        let event = Event::Ordered { token: OrderToken(0), component, order };
-        self.diagnosers.get_mut(place)?.handle(event, &mut self.actions);
-        let refusal = self.actions.iter().find_map(|action| match action {
-            Action::OrderRefused { refusal, .. } => Some(refusal.clone()),
-            _ => None,
-        });
-        self.carry_out(place);
-        refusal
-    }
-
-    /// Carries out the actions of one diagnoser and their consequences.
-    fn carry_out(&mut self, index: usize) {
-        let mut pending: VecDeque<(usize, Action)> =
-            self.actions.drain(..).map(|action| (index, action)).collect();
-        while let Some((actor, action)) = pending.pop_front() {
-            let Some((target, event)) = self.event_of(actor, action) else { continue };
-            let mut actions = std::mem::take(&mut self.actions);
-            if let Some(diagnoser) = self.diagnosers.get_mut(target) {
-                diagnoser.handle(event, &mut actions);
-            }
-            pending.extend(actions.drain(..).map(|action| (target, action)));
-            self.actions = actions;
-        }
-    }
-
-    /// Converts an action to an event for another diagnoser; records what the study needs.
-    fn event_of(&mut self, actor: usize, action: Action) -> Option<(usize, Event)> {
-        let module = self.diagnosers.get(actor)?.module().clone();
-        self.stores[actor].note(&action);
-        match action {
-            Action::Report { change, .. } => {
-                self.occurrences.push(RigEvent::Change { module, change });
-                None
-            }
-            Action::Publish(transition) => {
-                let transition = Box::new(transition);
-                self.occurrences.push(RigEvent::Transition { module, transition });
-                None
-            }
-            Action::Identify(excerpt) => {
-                if let Some(identify) = self.identify {
-                    let identification = Box::new(identify(&excerpt));
-                    self.occurrences.push(RigEvent::Identified { module, identification });
-                }
-                None
-            }
-            Action::Ask { peer, question } => {
-                let target = self.diagnosers.iter().position(|d| *d.module() == peer)?;
-                let token = QuestionToken(self.asked.len() as u64);
-                self.unanswered.insert(token.0, target);
-                self.asked.push((actor, peer, question));
-                Some((target, Event::Asked { token, question }))
-            }
-            Action::Answer { token, answer } => {
-                self.unanswered.remove(&token.0);
-                let asker = self.asked.get(usize::try_from(token.0).ok()?)?.0;
-                if answer.question.window.is_none() {
-                    self.occurrences.push(RigEvent::Question {
-                        asker: self.diagnosers.get(asker)?.module().clone(),
-                        peer: answer.module.clone(),
-                        question: answer.question,
-                        changes: answer.changes.clone(),
-                        actuator_faults: answer.actuator_faults.clone(),
-                    });
-                }
-                Some((asker, Event::Answered(answer)))
-            }
-            Action::Refuse { token, refusal } => {
-                self.unanswered.remove(&token.0);
-                let (asker, peer, question) =
-                    self.asked.get(usize::try_from(token.0).ok()?)?.clone();
-                let failure = diagnosis::PeerFailure::Refused(refusal.to_string());
-                Some((asker, Event::Unanswered { peer, question, failure }))
-            }
-            Action::Phase { .. }
-            | Action::Freeze { .. }
-            | Action::Settled { .. }
-            | Action::Obeyed { .. }
-            | Action::OrderRefused { .. }
-            | Action::Rejected { .. }
-            | Action::Gap { .. }
-            | Action::Restarted { .. }
-            | Action::SignalLost { .. }
-            | Action::AnswerRejected { .. }
-            | Action::WordBroken { .. }
-            | Action::RunStarted(_)
-            | Action::RunEnded => None,
-        }
-    }
-}
-
-/// The state of a diagnoser as its process would store it.
-#[derive(Debug, Default)]
-struct StoredMemory {
-    run: Option<RunId>,
-    /// The step since which every channel has been watched.
-    watched_since: Option<Step>,
-    /// Changes whose ratio is final.
-    changes: Vec<Change>,
-}
-
-impl StoredMemory {
-    /// Stores the effect of an action.
-    fn note(&mut self, action: &Action) {
-        match action {
-            Action::RunEnded => *self = Self::default(),
-            Action::RunStarted(run) => self.run = Some(*run),
-            Action::Phase { in_service_since, .. } => self.watched_since = *in_service_since,
-            Action::Settled { change, .. } => self.changes.push(change.clone()),
-            _ => {}
-        }
-    }
-
-    /// The memory for the successor of this diagnoser.
-    fn memory(&self, diagnoser: &Diagnoser) -> Memory {
-        let watched = self.watched_since.zip(diagnoser.last_step());
-        let components = diagnoser.components().iter();
-        Memory {
-            sequence: diagnoser.next_sequence() - 1,
-            latest: components.filter_map(|c| diagnoser.last_transition(c).cloned()).collect(),
-            watch: self.run.map(|run| PastWatch { run, watched, changes: self.changes.clone() }),
-        }
+        self.group.order(place, component, order)
     }
 }
 
@@ -469,12 +219,6 @@ pub(crate) fn advance(plant: &mut Plant, run: RunId, samples: &mut Vec<Measureme
         sample.pressures_pa.clone_from(&module.pressures_pa);
         sample.elongations_m.clone_from(&module.elongations_m);
     }
-}
-
-/// A diagnoser before its first sample.
-pub(crate) fn diagnoser(setup: ModuleSetup) -> Result<Diagnoser, RigError> {
-    let module = setup.module.clone();
-    Diagnoser::new(setup).map_err(|problems| RigError::Setup { module, problems })
 }
 
 pub(crate) fn check_modules(plant: &Plant, setups: &[ModuleSetup]) -> Result<(), RigError> {

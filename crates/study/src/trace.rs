@@ -4,7 +4,8 @@
 use diagnosis::{Diagnoser, Evidence, Measurements};
 use vocabulary::{Component, ComponentKind, ModuleName, Step};
 
-use crate::rig::{Rig, RigError, RigEvent};
+use crate::group::RigEvent;
+use crate::rig::{Rig, RigError};
 
 /// The events and signals of a run between two steps.
 #[derive(Debug, Clone, PartialEq)]

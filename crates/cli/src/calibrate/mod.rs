@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 
 use daemon::config::{Uncalibrated, load_uncalibrated};
-use daemon::thresholds::{Provenance, Thresholds};
+use diagnosis::thresholds::{Provenance, Thresholds};
 use study::Calibration;
 
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use daemon::config::{PlantFlags, Uncalibrated, load_plant};
-use daemon::thresholds::Provenance;
+use diagnosis::thresholds::Provenance;
 use study::NominalRuns;
 
 use super::arguments::NominalRunFlags;

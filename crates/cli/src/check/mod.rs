@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 use daemon::config::{
     PlantFlags, load_diagnoser, load_learned, load_plant, load_reference, load_schedule,
 };
-use daemon::thresholds::Thresholds;
 use diagnosis::state::Reference;
+use diagnosis::thresholds::Thresholds;
 use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 

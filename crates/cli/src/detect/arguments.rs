@@ -3,11 +3,11 @@
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use diagnosis::detector::{ChannelGroup, GapRule, Tuning};
 use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
-use super::channels::{ChannelGroup, GapRule, Tuning};
 use crate::csv_rows::TableFlags;
 
 /// Run the change detector on your own numbers

@@ -4,48 +4,11 @@ use std::path::PathBuf;
 
 use daemon::config::load_diagnoser;
 use diagnosis::ModuleSetup;
+use diagnosis::detector::ChannelGroup;
 use diagnosis::divergence::{DivergenceSettings, Interval};
-use diagnosis::residual::longest_gap_of_structure;
 use vocabulary::{ComponentPath, Signal};
 
 use crate::failure::Failure;
-
-/// How one channel is watched.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Tuning {
-    /// ε, in squared units of the channel.
-    pub(super) prior_scatter: f64,
-    /// γ; infinite if nothing is to count as a change.
-    pub(super) threshold: f64,
-}
-
-/// What becomes of a channel that has had no value for some steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct GapRule {
-    /// Up to so many missing values are filled in, on a straight line.
-    pub(super) longest_filled: u64,
-    /// After more than so many the channel is learnt anew. In between, no window is formed across the gap.
-    pub(super) longest_bridged: u64,
-}
-
-impl GapRule {
-    /// No window is formed across any gap.
-    pub(super) const OPEN: GapRule = GapRule { longest_filled: 0, longest_bridged: u64::MAX };
-}
-
-/// Channels that have their settings in common; they stand side by side.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct ChannelGroup {
-    pub(super) settings: DivergenceSettings,
-    /// Vectors that must have been taken before a change counts.
-    pub(super) warm_up: u64,
-    /// Rows below the threshold after which a change has ended.
-    pub(super) quiet_steps: u64,
-    pub(super) gaps: GapRule,
-    /// Is a change that leaves the interval told from one that begins?
-    pub(super) marks_leaving: bool,
-    pub(super) channels: Vec<Tuning>,
-}
 
 /// The channels of a module.
 #[derive(Debug, Clone)]
@@ -169,24 +132,9 @@ fn check_wanted(modules: &[ModuleChannels], wanted: &[String]) -> Result<(), Fai
 impl ModuleChannels {
     fn new(setup: ModuleSetup) -> ModuleChannels {
         let path = |component| ComponentPath { module: setup.module.clone(), component };
-        let tunings = setup.prior_scatters().into_iter().zip(&setup.thresholds);
-        let channels = tunings
-            .map(|(prior_scatter, &threshold)| Tuning { prior_scatter, threshold })
-            .collect();
         ModuleChannels {
             components: setup.components().into_iter().map(path).collect(),
-            group: ChannelGroup {
-                settings: setup.detection.divergence,
-                warm_up: setup.detection.warm_up_vectors,
-                quiet_steps: setup.isolation.quiet_steps,
-                gaps: GapRule {
-                    longest_filled: setup.isolation.tie_steps,
-                    longest_bridged: longest_gap_of_structure(setup.step_s),
-                },
-                // A diagnoser leaves that to its isolation.
-                marks_leaving: false,
-                channels,
-            },
+            group: ChannelGroup::of_module(&setup),
             setup,
         }
     }

@@ -130,25 +130,14 @@ struct LearnedReport<'a, W> {
 
 impl<W: Write> LearnedReport<'_, W> {
     fn verdict(&mut self, verdict: &ChannelVerdict) -> Result<(), Failure> {
-        let component = verdict.channel.map(|channel| self.names[channel].as_str());
-        let ChannelVerdict { state, first, last, lasts, reason, fault, .. } = verdict;
+        let ChannelVerdict { channel, state, first, last, lasts, reason, fault } = verdict;
         if self.json {
-            let mut document = json!({
-                "component": component,
-                "state": state.as_str(),
-                "first_index": first,
-                "last_index": last,
-                "lasts": lasts,
-                "reason": reason,
-            });
-            if let (Some(fault), Value::Object(document)) = (fault, &mut document) {
-                document.extend(fault_fields(fault));
-            }
+            let document = verdict.document(self.names);
             write!(self.out, "{}", output::line(&json!({ "verdict": document }))?)?;
         } else {
             let end = if *lasts { " (the end)" } else { "" };
             let what = fault.map_or_else(String::new, |fault| format!(": {}", fault_words(&fault)));
-            let who = component.unwrap_or("all others");
+            let who = channel.map_or("all others", |channel| self.names[channel].as_str());
             let state = state.as_str().replace('_', " ");
             writeln!(self.out, "{who}: {state}, rows {first} to {last}{end}{what}; {reason}")?;
         }
@@ -158,14 +147,8 @@ impl<W: Write> LearnedReport<'_, W> {
     fn summary(&mut self, rows: u64, summaries: &[ChannelSummary]) -> Result<(), Failure> {
         let each = self.names.iter().zip(summaries);
         if self.json {
-            let components: Map<String, Value> = each
-                .map(|(name, one)| {
-                    let (state, first, normal) = (one.state.as_str(), one.first, one.normal);
-                    let value =
-                        json!({ "state": state, "first_index": first, "normal_share": normal });
-                    (name.clone(), value)
-                })
-                .collect();
+            let components: Map<String, Value> =
+                each.map(|(name, one)| (name.clone(), one.document())).collect();
             let document = json!({ "summary": { "rows": rows, "components": components } });
             write!(self.out, "{}", output::line(&document)?)?;
             return Ok(());
@@ -178,22 +161,6 @@ impl<W: Write> LearnedReport<'_, W> {
         }
         rows.align_right(2..4);
         Ok(writeln!(self.out, "\n{}", rows.text(terminal_width()))?)
-    }
-}
-
-fn fault_fields(fault: &FittedKind) -> Map<String, Value> {
-    let FittedKind { kind, decided, size, expected, within } = *fault;
-    let fields = json!({
-        "kind": kind.as_str(),
-        "decided": decided,
-        "size": size,
-        "expected": expected,
-        "expected_low": expected - within,
-        "expected_high": expected + within,
-    });
-    match fields {
-        Value::Object(fields) => fields,
-        _ => Map::new(),
     }
 }
 

@@ -2,15 +2,15 @@
 
 mod arguments;
 mod channels;
-mod detector;
 mod learned;
-mod leaving;
 mod picture;
 mod report;
 mod tally;
 
 use std::io::{self, Write};
 use std::path::Path;
+
+use diagnosis::detector::TableDetector;
 
 use crate::csv_rows::CsvRows;
 use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
@@ -19,7 +19,6 @@ use crate::output;
 
 pub(crate) use arguments::Arguments;
 use channels::{DetectionPlan, ModuleChannels};
-use detector::TableDetector;
 use report::DetectionReport;
 use tally::TableTally;
 
@@ -56,7 +55,8 @@ fn judge(
     (mut rows, channels): (CsvRows, &[String]),
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    let mut detector = TableDetector::new(plan)?;
+    let mut detector =
+        TableDetector::new(&plan.groups).map_err(|error| Failure::usage(error.to_string()))?;
     let mut report = DetectionReport { arguments, plan, channels, out };
     let mut tally = TableTally::new(channels.len());
     while let Some(row) = rows.next_row()? {

@@ -2,11 +2,11 @@
 
 use std::io::{self, Write};
 
+use diagnosis::detector::ChannelReading;
 use serde::{Serialize, Serializer};
 
 use super::arguments::Arguments;
 use super::channels::DetectionPlan;
-use super::detector::ChannelReading;
 use super::tally::{ChannelTally, TableTally};
 use crate::output;
 use crate::table::{TextTable, table, terminal_width};

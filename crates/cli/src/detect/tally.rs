@@ -1,9 +1,9 @@
 //! What came of a table, in constant memory.
 
+use diagnosis::detector::ChannelReading;
 use diagnosis::divergence::Violation;
 
 use super::channels::DetectionPlan;
-use super::detector::ChannelReading;
 use crate::failure::Failure;
 
 /// How many changes are listed by their row.

@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Read, Write};
 use std::iter::Peekable;
 use std::path::Path;
 
-use super::columns::{RunRows, TableRow};
+use ::replay::{RunRows, TableRow};
 
 /// Writes a table: step, time and time of publication \[s\], then the other values by name.
 pub(super) fn write(

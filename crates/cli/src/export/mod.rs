@@ -1,25 +1,23 @@
 //! `trusswatch export`: a recording as tables.
 
-mod columns;
 mod csv_table;
 #[cfg(feature = "parquet")]
 mod parquet_table;
 mod tables;
 mod verdicts;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ::replay::{ModuleRecord, latest_setup};
+use ::replay::{ModuleRecord, RunRows, latest_setup};
 use vocabulary::{ModuleName, RunId};
 
 use crate::failure::Failure;
 use crate::output;
 use crate::replay::read;
-use columns::RunRows;
 pub(crate) use tables::{NamedTable, RecordedTables, is_recording, open_csv, tables_of_run};
 
 /// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
@@ -117,7 +115,7 @@ fn write_all(
             1 => record.module.to_string(),
             _ => format!("{}-{}", record.structure, record.module),
         };
-        for (run, count) in runs(record) {
+        for (run, count) in record.runs() {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
             let rows = rows(record, run, residuals)?;
             write_run(form, &file, rows).map_err(|error| Failure::unwritable(&file, error))?;
@@ -129,15 +127,6 @@ fn write_all(
         verdicts::write(&file, records).map_err(|error| Failure::unwritable(&file, error))?;
     written.push((file, count));
     Ok(written)
-}
-
-/// How many samples each run has.
-fn runs(record: &ModuleRecord) -> BTreeMap<RunId, usize> {
-    let mut runs: BTreeMap<RunId, usize> = BTreeMap::new();
-    for head in (0..record.samples.len()).filter_map(|index| record.samples.head(index)) {
-        *runs.entry(head.run).or_default() += 1;
-    }
-    runs
 }
 
 fn rows(record: &Arc<ModuleRecord>, run: RunId, residuals: bool) -> Result<RunRows, Failure> {

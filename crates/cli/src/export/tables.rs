@@ -6,11 +6,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ::replay::{ModuleRecord, latest_setup};
+use ::replay::{ModuleRecord, RunRows, latest_setup};
 use diagnosis::ModuleSetup;
 use vocabulary::{ModuleName, RunId};
 
-use super::columns::RunRows;
 use super::csv_table::TableText;
 use crate::failure::Failure;
 use crate::replay::read;

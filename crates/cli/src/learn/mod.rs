@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use diagnosis::state::learned::{
-    CleanedInterval, HealthyRecording, LearningSettings, Learnt, learn,
+    CleanedInterval, HealthyRecording, LEARNED_HEADING, LearningSettings, Learnt, learn,
 };
-use serde_json::json;
 use vocabulary::Signal;
 
 use crate::csv_rows::{CsvRows, TableFlags};
@@ -68,11 +67,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         .map_err(|error| Failure::input(error.to_string()))?;
     let text =
         toml::to_string(&learnt.module).map_err(|error| Failure::runtime(error.to_string()))?;
-    let head = "# What a healthy structure's sensors read, learnt by `trusswatch learn`\n";
-    std::fs::write(&arguments.out, head.to_owned() + &text)
+    std::fs::write(&arguments.out, LEARNED_HEADING.to_owned() + &text)
         .map_err(|error| Failure::unwritable(&arguments.out, error))?;
     if arguments.json {
-        return output::print(&document(&learnt)?);
+        return output::print(&output::text(&learnt.document())?);
     }
     output::print(&report(&learnt, &arguments.out))
 }
@@ -195,32 +193,6 @@ fn report(learnt: &Learnt, out: &Path) -> String {
         out.display(),
         out.display()
     )
-}
-
-fn document(learnt: &Learnt) -> Result<String, Failure> {
-    let module = &learnt.module;
-    let channels = module.channels.iter().enumerate().map(|(k, channel)| {
-        json!({
-            "name": channel.name,
-            "role": if k < module.sensors { "sensor" } else { "input" },
-            "lowest": channel.lowest,
-            "highest": channel.highest,
-            "explained": learnt.explained.get(k),
-            "smallest_found": channel.smallest_found,
-            "can_be_judged": !channel.is_beyond_judging(),
-        })
-    });
-    let cleaned = learnt.cleaned.iter().map(|interval| {
-        let (first, last) = interval.samples;
-        json!({ "recording": interval.recording, "channel": interval.channel, "first_index": first, "last_index": last })
-    });
-    Ok(output::text(&json!({
-        "recordings": module.recordings,
-        "hours": module.hours,
-        "window_s": module.window_s,
-        "channels": channels.collect::<Vec<_>>(),
-        "left_out": cleaned.collect::<Vec<_>>(),
-    }))?)
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use daemon::config::{DiagnoserConfig, load_diagnoser};
-use daemon::thresholds::Thresholds;
+use diagnosis::thresholds::Thresholds;
 use settings::ConfigErrors;
 use toml::{Table, Value};
 use truss::{Structure, copy_prefix};

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use daemon::config::load_uncalibrated;
-use daemon::thresholds::Thresholds;
+use diagnosis::thresholds::Thresholds;
 use study::ResidualRecording;
 
 use crate::binary::{Outcome, repository, run};

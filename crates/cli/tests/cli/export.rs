@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use daemon::thresholds::Thresholds;
+use diagnosis::thresholds::Thresholds;
 use tempfile::TempDir;
 
 use crate::binary::{Outcome, repository, run};

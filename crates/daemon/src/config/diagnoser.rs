@@ -8,7 +8,8 @@ use std::time::Duration;
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::state::learned::LearnedModule;
 use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
-use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
+use diagnosis::thresholds::Thresholds;
+use diagnosis::{DetectionSection, Diagnoser, IsolationSection, ModuleSetup, SignalSettings};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
 use session::Network;
@@ -17,9 +18,6 @@ use settings::{ConfigError, ConfigErrors, SettingsFile};
 use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
 use vocabulary::{Component, ModuleName, StructureName};
-
-use super::method::{DetectionSection, IsolationSection};
-use crate::thresholds::Thresholds;
 
 /// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
@@ -392,7 +390,7 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
     let reference = reference.and_then(|loaded| errors.collect(loaded));
     let setup = ModuleSetup { reference, ..setup(&written, structure, fitted) };
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
-        errors.add(file, document.line(&place(&problem)), problem);
+        errors.add(file, document.line(&problem.place()), problem);
     }
     document.check_numbers(&mut errors);
     thresholds_document.check_numbers(&mut errors);
@@ -428,7 +426,7 @@ fn load_learned_diagnoser(
     let setup = ModuleSetup::of_readings(structure_name.clone(), own, written.step_s);
     let setup = ModuleSetup { learned: Some(Arc::new(module)), thresholds, ..setup };
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
-        errors.add(&document.file, document.line(&place(&problem)), problem);
+        errors.add(&document.file, document.line(&problem.place()), problem);
     }
     errors.or(DiagnoserConfig {
         structure_name,
@@ -507,7 +505,7 @@ pub fn load_uncalibrated(file: &Path) -> Result<Uncalibrated, ConfigErrors> {
     let channels = components(&structure, &written.module).len();
     let setup = setup(&written, structure, vec![1.0; channels]);
     for problem in Diagnoser::new(setup.clone()).err().unwrap_or_default() {
-        errors.add(file, document.line(&place(&problem)), problem);
+        errors.add(file, document.line(&problem.place()), problem);
     }
     let thresholds = document.beside(&written.thresholds);
     errors.or(Uncalibrated { setup, detection: written.detection, thresholds })
@@ -555,17 +553,8 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
         return;
     }
     let is_open = |table: &str, key: &str| !document.has(&[table, key]);
-    let isolation = &mut written.isolation;
-    if is_open("isolation", "hold_ms") {
-        isolation.hold_ms =
-            isolation.hold_ms.max(2.0 * step_ms * (isolation.tie_ms / step_ms).ceil());
-    }
-    if is_open("isolation", "effect_ms")
-        && let Some(vectors) = written.detection.interval.vectors()
-    {
-        let interval_ms = step_ms * vectors as f64;
-        isolation.effect_ms = isolation.effect_ms.min(interval_ms).max(isolation.quiet_ms);
-    }
+    let DiagnoserFile { isolation, detection, step_s, .. } = written;
+    isolation.fit_to_step(*step_s, detection, |key| is_open("isolation", key));
     // A message as often as at 1 kHz, or each step.
     let publish = &mut written.publish;
     for (key, every_steps) in [
@@ -588,30 +577,6 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
         if is_open(table, key) {
             *ms = (*ms).max((steps * step_ms).ceil() as u64);
         }
-    }
-}
-
-/// The place in the file that causes an error of the setup.
-fn place(problem: &SetupError) -> Vec<&str> {
-    use diagnosis::divergence::SettingsError;
-    match problem {
-        SetupError::Divergence(SettingsError::Window(_)) => vec!["detection", "window"],
-        SetupError::Divergence(SettingsError::Lag(_)) => vec!["detection", "lag"],
-        SetupError::Divergence(SettingsError::Interval(_)) => vec!["detection", "interval"],
-        SetupError::Divergence(SettingsError::PriorScatter(_)) => vec!["gage_noise_strain"],
-        SetupError::Hydraulics(error) => vec!["hydraulics", error.name],
-        SetupError::NoHydraulics { .. } => vec!["module"],
-        SetupError::Figure { name: name @ ("step_s" | "gage_noise_strain"), .. } => vec![name],
-        SetupError::Figure { name: name @ ("largest_strain" | "largest_pressure_pa"), .. } => {
-            vec!["signals", name]
-        }
-        SetupError::Figure { name: name @ "warm_up_vectors", .. } => vec!["detection", name],
-        SetupError::Figure { name, .. } => vec!["isolation", name],
-        SetupError::Peer(_) => vec!["peers"],
-        SetupError::Reference(_) => vec!["reference"],
-        SetupError::Learned(_) => vec!["learned"],
-        SetupError::Structure(_) | SetupError::Model { .. } => vec!["structure"],
-        SetupError::ThresholdCount { .. } | SetupError::Threshold { .. } => vec!["thresholds"],
     }
 }
 

@@ -1,7 +1,6 @@
 //! Reads and checks configuration files; reports all errors at once.
 
 mod diagnoser;
-mod method;
 mod plant;
 mod schedule;
 mod speed;
@@ -10,7 +9,6 @@ pub use diagnoser::{
     DiagnoserConfig, InputSettings, PublishSettings, QuerySettings, StateSettings, Uncalibrated,
     load_diagnoser, load_learned, load_reference, load_uncalibrated,
 };
-pub use method::{DetectionSection, IsolationSection};
 pub use plant::{LockStep, MismatchSection, PlantConfig, PlantFlags, load_plant};
 pub use schedule::{Schedule, ScheduledFault, load_schedule};
 pub use speed::{Speed, SpeedError};

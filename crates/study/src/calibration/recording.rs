@@ -7,6 +7,7 @@ use vocabulary::Component;
 use super::ModulePeaks;
 use super::collector::Collector;
 use crate::error::StudyError;
+use crate::group::GroupError;
 use crate::rig::RigError;
 
 /// A step that does not follow its predecessor.
@@ -36,7 +37,8 @@ impl ResidualRecording {
     /// # Errors
     /// The setup is invalid.
     pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
-        let fail = |problems| RigError::Setup { module: setup.module.clone(), problems };
+        let module = &setup.module;
+        let fail = |problems| RigError::from(GroupError { module: module.clone(), problems });
         let components: Vec<Component> = (setup.structure.module(&setup.module).into_iter())
             .flat_map(truss::Module::components)
             .collect();

@@ -5,7 +5,8 @@ use diagnosis::{Action, Diagnoser, Measurements, ModuleSetup};
 use vocabulary::Step;
 
 use crate::error::StudyError;
-use crate::rig::diagnoser;
+use crate::group::diagnoser;
+use crate::rig::RigError;
 
 /// Time after which the models' initial transients have decayed \[s\].
 pub const SETTLING_S: f64 = 2.5;
@@ -36,7 +37,7 @@ impl WindowCollector {
         setup.thresholds.fill(OUT_OF_REACH);
         Ok(Self {
             step_s: setup.step_s,
-            diagnoser: diagnoser(setup)?,
+            diagnoser: diagnoser(setup).map_err(RigError::from)?,
             actions: Vec::new(),
             last_step: None,
             settled: Step(0),

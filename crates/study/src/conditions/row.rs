@@ -7,7 +7,7 @@ use vocabulary::{ComponentPath, Step};
 
 use super::situation::Situation;
 use crate::case::{CampaignCase, CaseRun};
-use crate::rig::Diagnosed;
+use crate::group::Diagnosed;
 
 /// The verdict on a faulty component at the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -11,7 +11,8 @@ use crate::campaign::Campaign;
 use crate::case::{CaseRun, SampleGap};
 use crate::engine::{Engine, prepare};
 use crate::error::StudyError;
-use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
+use crate::group::{Diagnosed, RigEvent};
+use crate::rig::{Rig, TimedFault};
 use crate::scenarios::GageReading;
 use crate::system::System;
 

@@ -5,7 +5,8 @@ use vocabulary::{Step, fault::FaultKind};
 use super::LineKind;
 use super::account::{Account, ChangeFate, FaultyChannel};
 use super::words::times;
-use crate::rig::{Diagnosed, TimedFault};
+use crate::group::Diagnosed;
+use crate::rig::TimedFault;
 
 /// A gage whose reading is below this multiple of its noise hardly changes when its output becomes zero.
 const CLEAR_READING: f64 = 10.0;

@@ -10,7 +10,8 @@ use vocabulary::{ComponentPath, ModuleName, Step};
 use super::account::{Account, ChangeFate, Changed};
 use super::words::{StepClock, counted, list, often, times};
 use super::{LineKind, StoryLine, outcome, reason};
-use crate::rig::{RigEvent, TimedFault};
+use crate::group::RigEvent;
+use crate::rig::TimedFault;
 use crate::scenarios::GageReading;
 
 /// Most changes of an answer, or channels of a summary, that are listed.

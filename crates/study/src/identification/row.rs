@@ -9,7 +9,7 @@ use super::draw::IdentificationTask;
 use crate::case::{CampaignCase, CaseRun};
 use crate::conditions::Situation;
 use crate::error::StudyError;
-use crate::rig::RigEvent;
+use crate::group::RigEvent;
 
 /// The identification of the fault at some time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

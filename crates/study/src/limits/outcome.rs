@@ -6,7 +6,8 @@ use vocabulary::{ComponentPath, Step};
 
 use super::question::LimitDetector;
 use crate::conditions::{Standing, standing};
-use crate::rig::{Diagnosed, Rig, TimedFault};
+use crate::group::Diagnosed;
+use crate::rig::{Rig, TimedFault};
 
 /// When the fault was found, and when the right component was identified, in steps from the fault's first sample on,
 /// which is 0.

@@ -8,7 +8,8 @@ use vocabulary::{Component, ComponentPath, Step, fault::FaultKind};
 use super::paper_table::PaperTable;
 use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
-use crate::rig::{Diagnosed, Rig, RigEvent, TimedFault};
+use crate::group::{Diagnosed, RigEvent};
+use crate::rig::{Rig, TimedFault};
 use crate::system::System;
 use crate::system::gage_length_m;
 

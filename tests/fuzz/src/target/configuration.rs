@@ -1,10 +1,10 @@
 //! Configuration files, each with the shipped small mast's other files beside it.
 
 use daemon::config::{
-    DetectionSection, PlantFlags, Schedule, load_diagnoser, load_plant, load_schedule,
-    load_uncalibrated,
+    PlantFlags, Schedule, load_diagnoser, load_plant, load_schedule, load_uncalibrated,
 };
-use daemon::thresholds::Thresholds;
+use diagnosis::DetectionSection;
+use diagnosis::thresholds::Thresholds;
 use diagnosis::{Action, Diagnoser, ModuleSetup};
 use settings::ConfigErrors;
 use vocabulary::{RunId, Step};

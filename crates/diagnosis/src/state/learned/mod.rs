@@ -13,8 +13,10 @@
 //! | `learning` | recordings to a [`LearnedModule`] |
 //! | `judge` | a stream of samples to verdicts |
 //! | `kind` | kind and size of a displaced channel |
+//! | `document` | all of it as machine output |
 
 mod cleaning;
+mod document;
 mod judge;
 mod kind;
 mod learning;
@@ -31,6 +33,10 @@ pub use learning::{HealthyRecording, LearningError, LearningSettings, Learnt, le
 
 /// Version of [`LearnedModule`] as a file.
 pub const LEARNED_VERSION: u32 = 1;
+
+/// The first line of such a file.
+pub const LEARNED_HEADING: &str =
+    "# What a healthy structure's sensors read, learnt by `trusswatch learn`\n";
 
 /// A channel as it was in the healthy recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use diagnosis::{Transition, Verdict};
 use vocabulary::{ComponentKind, ComponentPath, ModuleName, Step};
 
-use crate::rig::RigEvent;
+use crate::group::RigEvent;
 use crate::trace::RunTrace;
 
 /// A verdict on a component that changed.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ModuleName};
 
-use crate::config::DetectionSection;
+use crate::sections::DetectionSection;
 
 /// A thresholds file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -191,7 +191,7 @@ impl Thresholds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use diagnosis::divergence::Interval;
+    use crate::divergence::Interval;
 
     fn thresholds() -> Thresholds {
         Thresholds {
@@ -252,7 +252,7 @@ mod tests {
         let other = DetectionSection {
             window: 1,
             interval: Interval::Growing,
-            actuator_residual: diagnosis::residual::ActuatorResidual::Demand,
+            actuator_residual: crate::residual::ActuatorResidual::Demand,
             warm_up_vectors: 5,
             ..Default::default()
         };

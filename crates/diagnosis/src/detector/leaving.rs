@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::divergence::DivergenceOutcome;
-
-use super::channels::{ChannelGroup, Tuning};
+use super::{ChannelGroup, Tuning};
+use crate::divergence::DivergenceOutcome;
 
 /// The changes of a channel whose samples the interval still holds.
 #[derive(Debug, Clone)]
@@ -74,10 +73,9 @@ fn few(threshold: f64, lag: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use diagnosis::divergence::{DivergenceSettings, Interval};
-
-    use super::super::channels::GapRule;
+    use super::super::GapRule;
     use super::*;
+    use crate::divergence::{DivergenceSettings, Interval};
 
     #[test]
     fn a_change_leaves_an_interval_after_it_came() {

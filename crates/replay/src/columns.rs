@@ -3,18 +3,21 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ::replay::{ModuleRecord, ResidualReplay, Shortfall};
 use diagnosis::{Measurements, ModuleSetup};
 use vocabulary::{Component, ComponentPath, Divergences, RunId, Signal, Step};
 
+use crate::collection::ModuleRecord;
+use crate::residuals::ResidualReplay;
+use crate::shortfall::Shortfall;
+
 /// A row; NaN marks a missing value.
-pub(crate) struct TableRow {
+pub struct TableRow {
     /// The step.
-    pub(super) step: u64,
+    pub step: u64,
     /// When its sample was published \[ns since 1970\].
-    pub(super) published_ns: u64,
-    /// The values in the order of [`TableColumns::names`].
-    pub(super) values: Vec<f64>,
+    pub published_ns: u64,
+    /// The values in the order of [`RunRows::names`].
+    pub values: Vec<f64>,
 }
 
 /// The columns of a table.
@@ -110,7 +113,7 @@ enum DivergenceSource {
 }
 
 /// The rows of one run of a module.
-pub(crate) struct RunRows {
+pub struct RunRows {
     record: Arc<ModuleRecord>,
     columns: TableColumns,
     indices: std::vec::IntoIter<usize>,
@@ -119,11 +122,8 @@ pub(crate) struct RunRows {
 
 impl RunRows {
     /// The rows of a run with what was published.
-    pub(crate) fn published(
-        record: &Arc<ModuleRecord>,
-        run: RunId,
-        setup: Option<&ModuleSetup>,
-    ) -> Self {
+    #[must_use]
+    pub fn published(record: &Arc<ModuleRecord>, run: RunId, setup: Option<&ModuleSetup>) -> Self {
         let mut channels: Vec<Component> = Vec::new();
         let mut messages = BTreeMap::new();
         for message in record.divergences.iter().filter(|message| message.run == run) {
@@ -142,7 +142,7 @@ impl RunRows {
     ///
     /// # Errors
     /// A setup that no diagnoser can be made of.
-    pub(crate) fn replayed(
+    pub fn replayed(
         record: &Arc<ModuleRecord>,
         run: RunId,
         setup: &ModuleSetup,
@@ -166,7 +166,8 @@ impl RunRows {
     }
 
     /// The names of the values in a row.
-    pub(crate) fn names(&self) -> Vec<String> {
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
         self.columns.names()
     }
 }

@@ -2,10 +2,11 @@
 
 use std::fmt::Debug;
 
-use diagnosis::divergence::{DivergenceSettings, Interval};
-use diagnosis::residual::ActuatorResidual;
-use diagnosis::{DetectionSettings, IsolationSettings, Rule};
 use serde::{Deserialize, Serialize};
+
+use crate::divergence::{DivergenceSettings, Interval};
+use crate::residual::ActuatorResidual;
+use crate::settings::{DetectionSettings, IsolationSettings, Rule};
 
 /// Detection: the settings that thresholds depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -112,6 +113,26 @@ impl Default for IsolationSection {
 }
 
 impl IsolationSection {
+    /// Fits times that the file leaves open to its sampling step \[s\]. The written defaults are for 1 kHz, and remain as
+    /// they are wherever they fit. `is_open` tells by the key.
+    pub fn fit_to_step(
+        &mut self,
+        step_s: f64,
+        detection: &DetectionSection,
+        is_open: impl Fn(&str) -> bool,
+    ) {
+        let step_ms = 1e3 * step_s;
+        if is_open("hold_ms") {
+            self.hold_ms = self.hold_ms.max(2.0 * step_ms * (self.tie_ms / step_ms).ceil());
+        }
+        if is_open("effect_ms")
+            && let Some(vectors) = detection.interval.vectors()
+        {
+            let interval_ms = step_ms * vectors as f64;
+            self.effect_ms = self.effect_ms.min(interval_ms).max(self.quiet_ms);
+        }
+    }
+
     /// The settings in steps of this length \[s\], rounded up.
     #[must_use]
     pub fn in_steps_of(&self, step_s: f64) -> IsolationSettings {

@@ -1,46 +1,117 @@
-//! The divergences of all channels and what the thresholds make of them.
+//! The change detector alone, on rows of numbers: the divergences of all channels and what the thresholds make of them.
+
+mod leaving;
 
 use std::ops::Range;
 
-use diagnosis::Monitor;
-use diagnosis::divergence::{DivergenceBank, DivergenceOutcome, SettingsError, Violation};
 use serde::Serialize;
 use vocabulary::Step;
 
-use super::channels::{ChannelGroup, DetectionPlan, GapRule};
-use super::leaving::Leaving;
-use crate::failure::Failure;
+use crate::divergence::{
+    DivergenceBank, DivergenceOutcome, DivergenceSettings, SettingsError, Violation,
+};
+use crate::monitor::Monitor;
+use crate::residual::longest_gap_of_structure;
+use crate::settings::ModuleSetup;
+use leaving::Leaving;
 
 /// Channels that share a bank, and its arithmetic, until one of them has a gap of its own.
 const TOGETHER: usize = 4;
 
+/// How one channel is watched.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tuning {
+    /// ε, in squared units of the channel.
+    pub prior_scatter: f64,
+    /// γ; infinite if nothing is to count as a change.
+    pub threshold: f64,
+}
+
+/// What becomes of a channel that has had no value for some steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GapRule {
+    /// Up to so many missing values are filled in, on a straight line.
+    pub longest_filled: u64,
+    /// After more than so many the channel is learnt anew. In between, no window is formed across the gap.
+    pub longest_bridged: u64,
+}
+
+impl GapRule {
+    /// No window is formed across any gap.
+    pub const OPEN: GapRule = GapRule { longest_filled: 0, longest_bridged: u64::MAX };
+}
+
+/// Channels that have their settings in common; they stand side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChannelGroup {
+    /// Window, lag and interval.
+    pub settings: DivergenceSettings,
+    /// Vectors that must have been taken before a change counts.
+    pub warm_up: u64,
+    /// Rows below the threshold after which a change has ended.
+    pub quiet_steps: u64,
+    /// What becomes of gaps.
+    pub gaps: GapRule,
+    /// Is a change that leaves the interval told from one that begins?
+    pub marks_leaving: bool,
+    /// Each channel.
+    pub channels: Vec<Tuning>,
+}
+
+impl ChannelGroup {
+    /// The channels of a module, watched as its diagnoser does it, in the order of [`ModuleSetup::components`].
+    #[must_use]
+    pub fn of_module(setup: &ModuleSetup) -> ChannelGroup {
+        let tunings = setup.prior_scatters().into_iter().zip(&setup.thresholds);
+        let channels = tunings
+            .map(|(prior_scatter, &threshold)| Tuning { prior_scatter, threshold })
+            .collect();
+        ChannelGroup {
+            settings: setup.detection.divergence,
+            warm_up: setup.detection.warm_up_vectors,
+            quiet_steps: setup.isolation.quiet_steps,
+            gaps: GapRule {
+                longest_filled: setup.isolation.tie_steps,
+                longest_bridged: longest_gap_of_structure(setup.step_s),
+            },
+            // A diagnoser leaves that to its isolation.
+            marks_leaving: false,
+            channels,
+        }
+    }
+}
+
 /// One channel at one row.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub(super) struct ChannelReading {
+pub struct ChannelReading {
     /// The divergence; `None` while undefined.
-    pub(super) divergence: Option<f64>,
+    pub divergence: Option<f64>,
     /// Has the divergence risen to the threshold, after the warm-up, and not become quiet since?
-    pub(super) change: bool,
+    pub change: bool,
     /// An earlier change is leaving the interval, which looks like another one.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub(super) leaving: bool,
+    pub leaving: bool,
     /// The channel was restarted.
     #[serde(skip)]
-    pub(super) restarted: Option<Violation>,
+    pub restarted: Option<Violation>,
 }
 
 /// The detector of all channels.
-pub(super) struct TableDetector {
+#[derive(Debug, Clone)]
+pub struct TableDetector {
     groups: Vec<GroupDetector>,
     readings: Vec<ChannelReading>,
     row: Step,
 }
 
 impl TableDetector {
-    pub(super) fn new(plan: &DetectionPlan) -> Result<TableDetector, Failure> {
-        let groups = plan.groups.iter().map(GroupDetector::new).collect::<Result<Vec<_>, _>>();
+    /// A detector of all channels of these groups, one group after the other.
+    ///
+    /// # Errors
+    /// A setting out of its range.
+    pub fn new(groups: &[ChannelGroup]) -> Result<TableDetector, SettingsError> {
         let groups: Vec<GroupDetector> =
-            groups.map_err(|error| Failure::usage(error.to_string()))?;
+            groups.iter().map(GroupDetector::new).collect::<Result<_, _>>()?;
         let channels = groups.iter().map(|group| group.monitors.len()).sum();
         Ok(TableDetector {
             groups,
@@ -50,7 +121,7 @@ impl TableDetector {
     }
 
     /// Takes the next row, its step and a value for each channel, NaN for none; `None` is a bad row.
-    pub(super) fn take(&mut self, row: Option<(u64, &[f64])>) -> &[ChannelReading] {
+    pub fn take(&mut self, row: Option<(u64, &[f64])>) -> &[ChannelReading] {
         let mut begin = 0;
         for group in &mut self.groups {
             let channels = begin..begin + group.monitors.len();
@@ -71,6 +142,7 @@ impl TableDetector {
 }
 
 /// The channels of a group, watched exactly as a diagnoser watches its own.
+#[derive(Debug, Clone)]
 struct GroupDetector {
     gaps: GapRule,
     banks: Vec<ChannelBank>,
@@ -81,7 +153,7 @@ struct GroupDetector {
 }
 
 /// Channels that had their values and gaps at the same steps.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 struct ChannelBank {
     bank: DivergenceBank,
     /// Its channels' place in the group, some of which other banks have taken over.
@@ -161,13 +233,16 @@ impl GroupDetector {
         } else {
             for place in 1..=missing {
                 let share = place as f64 / (missing + 1) as f64;
-                bank.push(|channel| latest[channel] + share * (values[channel] - latest[channel]));
+                bank.fill(|channel| latest[channel] + share * (values[channel] - latest[channel]));
+                bank.bank.push(&bank.sample);
             }
         }
-        let channels = bank.channels.clone().zip(bank.taken_over.clone());
-        let outcomes = bank.push(|channel| values[channel]);
-        for ((channel, taken_over), &outcome) in channels.zip(outcomes) {
-            if taken_over {
+        bank.fill(|channel| values[channel]);
+        let outcomes = bank.bank.push(&bank.sample);
+        for ((channel, taken_over), &outcome) in
+            bank.channels.clone().zip(&bank.taken_over).zip(outcomes)
+        {
+            if *taken_over {
                 continue;
             }
             latest[channel] = values[channel];
@@ -207,12 +282,11 @@ impl ChannelBank {
         without
     }
 
-    /// Takes a value of each own channel.
-    fn push(&mut self, value: impl Fn(usize) -> f64) -> &[DivergenceOutcome] {
+    /// Sets the sample to a value of each own channel.
+    fn fill(&mut self, value: impl Fn(usize) -> f64) {
         let own = self.channels.clone().zip(&self.taken_over);
         for (sample, (channel, taken_over)) in self.sample.iter_mut().zip(own) {
             *sample = if *taken_over { 0.0 } else { value(channel) };
         }
-        self.bank.push(&self.sample)
     }
 }
