@@ -25,7 +25,8 @@ pub mod tail;
 pub mod trace;
 
 pub use calibration::{
-    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, ResidualRecording, StepOrder, plant,
+    Calibration, ChannelPeaks, EffectRuns, Effects, ModulePeaks, NominalRuns, ResidualRecording,
+    StepOrder, plant,
 };
 pub use campaign::{Campaign, Rows};
 pub use case::{CampaignCase, CaseRun, SampleGap, Watch};
@@ -36,4 +37,6 @@ pub use export::{RecordedChange, export};
 pub use journal::Done;
 pub use rig::{Diagnosed, Rig, RigError, RigEvent, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
-pub use system::{CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System};
+pub use system::{
+    CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System, module_setups,
+};

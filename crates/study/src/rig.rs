@@ -215,6 +215,16 @@ impl Rig {
         &self.samples
     }
 
+    /// The changes so far whose ratio is final, with their last steps as far as they are known.
+    pub fn settled_changes(&self) -> impl Iterator<Item = (ComponentPath, &Change)> {
+        self.stores.iter().zip(&self.setups).flat_map(|(store, setup)| {
+            store.changes.iter().map(|change| {
+                let component = change.component.clone();
+                (ComponentPath { module: setup.module.clone(), component }, change)
+            })
+        })
+    }
+
     /// Starts a stroke of a cylinder at the next step.
     ///
     /// # Errors

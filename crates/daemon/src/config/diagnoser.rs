@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
-use diagnosis::{Diagnoser, ModuleSetup, SetupError, SignalSettings};
+use diagnosis::{DetectionSettings, Diagnoser, ModuleSetup, SetupError, SignalSettings};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
 use session::Network;
@@ -18,7 +18,7 @@ use truss::Structure;
 use vocabulary::{Component, ModuleName, StructureName};
 
 use super::method::{DetectionSection, IsolationSection};
-use crate::thresholds::Thresholds;
+use crate::thresholds::{MadeFor, MeasuredEffects, Thresholds};
 
 /// The content of the file.
 #[derive(Debug, Clone, Deserialize)]
@@ -314,7 +314,11 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         errors.add(file, document.line(&["module"]), problem);
         return Err(errors);
     }
-    let fitted = thresholds.fit(&written.module, &components, &written.detection);
+    let used_for = MadeFor::new(&structure, written.step_s);
+    let fitted = thresholds.fit(&written.module, &components, &written.detection, Some(&used_for));
+    if let Some(effects) = &thresholds.effects {
+        use_measured(&mut written, &document, effects);
+    }
     let fitted = fitted.unwrap_or_else(|problems| {
         for problem in problems {
             let place = problem.place();
@@ -436,6 +440,15 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
     }
 }
 
+/// Takes settings that the file leaves open from the measured effects of faults.
+fn use_measured(written: &mut DiagnoserFile, document: &SettingsFile, effects: &MeasuredEffects) {
+    let isolation = &mut written.isolation;
+    isolation.root_ratio.get_or_insert(effects.root_ratio);
+    if !document.has(&["isolation", "effect_ms"]) {
+        isolation.effect_ms = effects.effect_ms.max(isolation.quiet_ms);
+    }
+}
+
 /// Fits settings that the file leaves open to its sampling step. The written defaults are for 1 kHz, and remain as
 /// they are wherever they fit.
 fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
@@ -444,6 +457,15 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
         return;
     }
     let is_open = |table: &str, key: &str| !document.has(&[table, key]);
+    let usual = DetectionSection::from(DetectionSettings::at(written.step_s));
+    let detection = &mut written.detection;
+    if is_open("detection", "interval") {
+        detection.interval = usual.interval;
+    }
+    if is_open("detection", "warm_up_vectors") {
+        let vectors = detection.interval.vectors().map_or(usual.warm_up_vectors, |m| m as u64);
+        detection.warm_up_vectors = vectors + vectors / 4;
+    }
     let isolation = &mut written.isolation;
     if is_open("isolation", "hold_ms") {
         isolation.hold_ms =
