@@ -27,6 +27,7 @@ mod join;
 mod learn;
 mod link;
 mod model;
+mod new;
 mod order;
 mod output;
 mod paint;
@@ -63,6 +64,7 @@ pub fn run() -> ExitCode {
     // The matches come from the command that these types define.
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         TopCommand::Model(arguments) => model::run(&arguments),
+        TopCommand::New(arguments) => new::run(&arguments),
         TopCommand::Detect(arguments) => detect::run(&arguments),
         TopCommand::Learn(arguments) => learn::run(&arguments),
         TopCommand::Replay(arguments) => replay::run(&arguments),
