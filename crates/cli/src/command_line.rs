@@ -5,7 +5,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, demo, detect, export, fault, faults, follow,
-    generate, health, history, import, inject, join, learn, model, order, record, replay,
+    generate, health, history, import, inject, join, learn, model, new, order, record, replay,
     replicate, router, schema, stroke, study, watch, web,
 };
 
@@ -39,6 +39,7 @@ pub(crate) enum TopCommand {
     Web(Box<web::Arguments>),
     Check(check::Arguments),
     Model(model::Arguments),
+    New(new::Arguments),
     Pki(certificates::Arguments),
     Join(join::Arguments),
     Replicate(replicate::Arguments),
@@ -68,7 +69,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
             "router", "record",
         ],
     ),
-    ("Configure", &["check", "model", "pki", "join", "replicate", "schema", "completions"]),
+    ("Configure", &["new", "check", "model", "pki", "join", "replicate", "schema", "completions"]),
     ("Simulate", &["demo", "inject", "stroke"]),
     (
         "Analyse",

@@ -28,6 +28,7 @@ mod join;
 mod learn;
 mod link;
 mod model;
+mod new;
 mod order;
 mod output;
 mod paint;
@@ -64,6 +65,7 @@ pub fn run() -> ExitCode {
     // The matches come from the command that these types define.
     let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         TopCommand::Model(arguments) => model::run(&arguments),
+        TopCommand::New(arguments) => new::run(&arguments),
         TopCommand::Detect(arguments) => detect::run(&arguments),
         TopCommand::Import(arguments) => import::run(&arguments),
         TopCommand::Learn(arguments) => learn::run(&arguments),

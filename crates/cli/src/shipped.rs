@@ -41,6 +41,14 @@ pub(crate) const OTHERS: [Shipped; 9] = [
     shipped!("paper/thresholds/module2.toml"),
 ];
 
+/// Descriptions of structures to start from, by name.
+pub(crate) const TEMPLATES: [(&str, Shipped); 4] = [
+    ("tower", shipped!("tower.toml")),
+    ("mast", shipped!("templates/mast.toml")),
+    ("bridge", shipped!("templates/bridge.toml")),
+    ("frame", shipped!("templates/frame.toml")),
+];
+
 impl Shipped {
     /// Writes the file to its place in this directory; returns its path.
     pub(crate) fn write(self, directory: &Path) -> Result<PathBuf, Failure> {

@@ -16,24 +16,18 @@ pub struct DetectionSection {
     pub window: usize,
     /// Steps between the two compared Gaussians: 5.
     pub lag: usize,
-    /// `"growing"` or `{ sliding = { vectors = 2000 } }`, the default.
+    /// `"growing"` or `{ sliding = { vectors = 2000 } }`; by default those of two seconds, at least 200.
     pub interval: Interval,
     /// `"tracking"`, the default, or `"demand"`.
     pub actuator_residual: ActuatorResidual,
-    /// Vectors that a channel must have processed before it is judged: 2500. This exceeds the interval, so that the
-    /// models' initial transients have left it.
+    /// Vectors that a channel must have processed before it is judged: by default 1.25 intervals. This exceeds the
+    /// interval, so that the models' initial transients have left it.
     pub warm_up_vectors: u64,
 }
 
 impl Default for DetectionSection {
     fn default() -> Self {
-        Self {
-            window: 12,
-            lag: 5,
-            interval: Interval::Sliding { vectors: 2000 },
-            actuator_residual: ActuatorResidual::Tracking,
-            warm_up_vectors: 2500,
-        }
+        DetectionSettings::at(1e-3).into()
     }
 }
 
@@ -58,6 +52,18 @@ impl From<DetectionSettings> for DetectionSection {
 }
 
 impl DetectionSection {
+    /// Fits what the file leaves open to its sampling step \[s\]. `is_open` tells by the key.
+    pub fn fit_to_step(&mut self, step_s: f64, is_open: impl Fn(&str) -> bool) {
+        let usual = Self::from(DetectionSettings::at(step_s));
+        if is_open("interval") {
+            self.interval = usual.interval;
+        }
+        if is_open("warm_up_vectors") {
+            let vectors = self.interval.vectors().map_or(usual.warm_up_vectors, |m| m as u64);
+            self.warm_up_vectors = vectors + vectors / 4;
+        }
+    }
+
     /// The settings that differ from another section: name, this value, other value.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<(&'static str, String, String)> {
@@ -91,8 +97,9 @@ pub struct IsolationSection {
     pub hold_ms: f64,
     /// Changes at most this far apart are simultaneous \[ms\]: 3.
     pub tie_ms: f64,
-    /// A change whose ratio to its threshold reaches this value within the tie is a separate root cause: 30.
-    pub root_ratio: f64,
+    /// A change whose ratio to its threshold reaches this value within the tie is a separate root cause. By default what
+    /// `trusswatch calibrate` found, infinite if the thresholds do not say.
+    pub root_ratio: Option<f64>,
     /// Duration of effects: a root cause explains changes for this long after it has stopped changing \[ms\]: 250.
     pub effect_ms: f64,
     /// Time below the threshold after which a channel has returned to normal \[ms\]: 40.
@@ -105,7 +112,7 @@ impl Default for IsolationSection {
             rule: Rule::FirstChange,
             hold_ms: 6.0,
             tie_ms: 3.0,
-            root_ratio: 30.0,
+            root_ratio: None,
             effect_ms: 250.0,
             quiet_ms: 40.0,
         }
@@ -143,7 +150,7 @@ impl IsolationSection {
             rule: self.rule,
             hold_steps: steps(self.hold_ms),
             tie_steps: steps(self.tie_ms),
-            root_ratio: self.root_ratio,
+            root_ratio: self.root_ratio.unwrap_or(f64::INFINITY),
             effect_steps: steps(self.effect_ms),
             quiet_steps: steps(self.quiet_ms),
         }

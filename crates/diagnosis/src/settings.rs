@@ -7,7 +7,7 @@ use truss::Structure;
 use vocabulary::{Component, GageName, ModuleName, StructureName};
 
 use crate::change::MAX_TIE;
-use crate::divergence::{DivergenceSettings, Interval, SettingsError};
+use crate::divergence::{DivergenceSettings, Interval, MAX_INTERVAL, SettingsError};
 use crate::residual::{ActuatorResidual, HydraulicsError, NominalHydraulics};
 use crate::state::learned::{LearnedChannel, LearnedModule};
 use crate::state::{Reference, ReferenceProblem};
@@ -45,6 +45,32 @@ pub struct IsolationSettings {
     pub quiet_steps: u64,
 }
 
+/// Duration of ties, effects and quiet \[s\].
+const TIE_S: f64 = 3e-3;
+const EFFECT_S: f64 = 0.25;
+const QUIET_S: f64 = 0.04;
+
+impl IsolationSettings {
+    /// Times that suit the tower, in steps of `step_s` seconds, at least as many as the detection needs. No ratio is that of
+    /// a root cause until it is known how large effects become (`trusswatch calibrate`).
+    #[must_use]
+    pub fn at(step_s: f64, detection: &DetectionSettings) -> Self {
+        // Tolerates rounding errors, so that whole numbers are not rounded up.
+        let steps = |time_s: f64| (time_s / step_s * (1.0 - 1e-9)).ceil() as u64;
+        let tie_steps = steps(TIE_S);
+        let quiet_steps = steps(QUIET_S);
+        let interval = detection.divergence.interval.vectors().map_or(u64::MAX, |m| m as u64);
+        Self {
+            rule: Rule::FirstChange,
+            hold_steps: 2 * tie_steps,
+            tie_steps,
+            root_ratio: f64::INFINITY,
+            effect_steps: steps(EFFECT_S).max(quiet_steps).min(interval),
+            quiet_steps,
+        }
+    }
+}
+
 /// What of a module's detection the thresholds depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -57,6 +83,28 @@ pub struct DetectionSettings {
     /// Vectors that a channel must have taken before it is judged. In sliding mode more than the
     /// interval holds: what the models did while they settled has then left the Gaussian again.
     pub warm_up_vectors: u64,
+}
+
+/// Duration of the interval, and the fewest vectors in it: with fewer, a Gaussian of [`WINDOW`] values is poorly known.
+const INTERVAL_S: f64 = 2.0;
+const FEWEST_VECTORS: f64 = 200.0;
+/// Samples in a lagged vector and steps between the Gaussians: what tells a jump from noise is a number of samples.
+const WINDOW: usize = 12;
+const LAG: usize = 5;
+
+impl DetectionSettings {
+    /// What suits any structure, sampled every `step_s` seconds: an interval of two seconds or 200 vectors, and a quarter
+    /// more to warm up.
+    #[must_use]
+    pub fn at(step_s: f64) -> Self {
+        let vectors = (INTERVAL_S / step_s).round().clamp(FEWEST_VECTORS, MAX_INTERVAL as f64);
+        let interval = Interval::Sliding { vectors: vectors as usize };
+        Self {
+            divergence: DivergenceSettings { window: WINDOW, lag: LAG, interval },
+            actuator_residual: ActuatorResidual::Tracking,
+            warm_up_vectors: (1.25 * vectors).round() as u64,
+        }
+    }
 }
 
 /// Range of plausible values of a signal; a value outside counts as missing.

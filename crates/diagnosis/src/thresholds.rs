@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use truss::Structure;
 use vocabulary::{Component, ModuleName};
 
 use crate::sections::DetectionSection;
@@ -15,10 +16,65 @@ pub struct Thresholds {
     pub module: ModuleName,
     /// How they were made.
     pub provenance: Provenance,
+    /// What they were made for; unknown of older files.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made_for: Option<MadeFor>,
+    /// What was measured of the effects of faults; without it no ratio is that of a root cause unless the module's
+    /// configuration says so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effects: Option<MeasuredEffects>,
     /// The detection that they were made for.
     pub detection: DetectionSection,
     /// The threshold of each channel, by component: `"sensor/g5" = 0.4`.
     pub thresholds: BTreeMap<Component, f64>,
+}
+
+/// What thresholds were made for.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MadeFor {
+    /// Fingerprint of the module's part of the structure.
+    pub structure: String,
+    /// Length of a step \[s\].
+    pub step_s: f64,
+}
+
+impl MadeFor {
+    /// A module's part of the structure, sampled every `step_s` seconds.
+    #[must_use]
+    pub fn new(structure: &Structure, step_s: f64) -> Self {
+        Self { structure: fingerprint(|take| take(structure.to_toml().as_bytes())), step_s }
+    }
+
+    fn problems(&self, used_for: &Self) -> impl Iterator<Item = ThresholdProblem> {
+        let structure =
+            (self.structure != used_for.structure).then_some(ThresholdProblem::OtherStructure);
+        let is_other = (self.step_s / used_for.step_s - 1.0).abs() > 1e-9;
+        let step = is_other.then(|| ThresholdProblem::OtherStep {
+            made_for: self.step_s,
+            used_for: used_for.step_s,
+        });
+        structure.into_iter().chain(step)
+    }
+}
+
+/// The effects of simulated faults on healthy components, and the settings of isolation that follow, unless the module's
+/// configuration has its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredEffects {
+    /// Runs with a fault.
+    pub runs: u64,
+    /// The largest ratio of an effect to its threshold within the tie.
+    pub largest_ratio: f64,
+    /// Factor on it.
+    pub margin: f64,
+    /// `isolation.root_ratio`.
+    pub root_ratio: f64,
+    /// The longest time between a fault's own change, as it enters the interval or leaves it, and an effect \[ms\].
+    pub latest_ms: f64,
+    /// `isolation.effect_ms`, at most as long as the interval.
+    pub effect_ms: f64,
 }
 
 /// How thresholds were made.
@@ -73,6 +129,19 @@ pub enum ThresholdProblem {
         /// Its value now.
         used_with: String,
     },
+    /// Made for another part of the structure, or another structure.
+    #[error("made for another structure than the module's; recalibrate")]
+    OtherStructure,
+    /// Made for another sampling.
+    #[error(
+        "made for steps of {made_for} s, but the module has steps of {used_for} s; recalibrate"
+    )]
+    OtherStep {
+        /// Its step when they were made \[s\].
+        made_for: f64,
+        /// Its step now \[s\].
+        used_for: f64,
+    },
     /// A channel has none.
     #[error("no threshold for `{0}`; recalibrate")]
     Missing(Component),
@@ -107,6 +176,8 @@ impl ThresholdProblem {
             ThresholdProblem::OtherModule { .. } => &["module"],
             ThresholdProblem::OtherDetection { setting, .. } => &["detection", setting],
             ThresholdProblem::Provenance { name, .. } => &["provenance", name],
+            ThresholdProblem::OtherStructure => &["made_for", "structure"],
+            ThresholdProblem::OtherStep { .. } => &["made_for", "step_s"],
             ThresholdProblem::Missing(_) => &["thresholds"],
             ThresholdProblem::Unknown(component) | ThresholdProblem::Value { component, .. } => {
                 return vec!["thresholds".to_owned(), component.to_string()];
@@ -135,7 +206,7 @@ impl Provenance {
 }
 
 impl Thresholds {
-    /// The thresholds in the order of `components`.
+    /// The thresholds in the order of `components`. What they were made for is compared if it is known on both sides.
     ///
     /// # Errors
     /// Everything that does not fit.
@@ -144,6 +215,7 @@ impl Thresholds {
         module: &ModuleName,
         components: &[Component],
         detection: &DetectionSection,
+        used_for: Option<&MadeFor>,
     ) -> Result<Vec<f64>, Vec<ThresholdProblem>> {
         let mut problems = Vec::new();
         if self.module != *module {
@@ -151,6 +223,10 @@ impl Thresholds {
             problems.push(ThresholdProblem::OtherModule { found, expected });
         }
         problems.extend(self.provenance.problems());
+        let made_for = self.made_for.as_ref().zip(used_for);
+        problems.extend(
+            made_for.into_iter().flat_map(|(made_for, used_for)| made_for.problems(used_for)),
+        );
         for (setting, made_with, used_with) in self.detection.differences(detection) {
             problems.push(ThresholdProblem::OtherDetection { setting, made_with, used_with });
         }
@@ -174,24 +250,34 @@ impl Thresholds {
     /// Distinguishes one set of thresholds from another in a status message (FNV-1a over components and bits).
     #[must_use]
     pub fn fingerprint(&self) -> String {
-        let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
-        let mut take = |bytes: &[u8]| {
-            for byte in bytes {
-                hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        fingerprint(|take| {
+            for (component, value) in &self.thresholds {
+                take(component.to_string().as_bytes());
+                take(&value.to_bits().to_le_bytes());
             }
-        };
-        for (component, value) in &self.thresholds {
-            take(component.to_string().as_bytes());
-            take(&value.to_bits().to_le_bytes());
-        }
-        format!("{hash:016x}")
+        })
     }
+}
+
+/// FNV-1a of what `give` gives.
+fn fingerprint(give: impl FnOnce(&mut dyn FnMut(&[u8]))) -> String {
+    let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
+    give(&mut |bytes| {
+        for byte in bytes {
+            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    });
+    format!("{hash:016x}")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::divergence::Interval;
+
+    fn made_for(step_s: f64) -> MadeFor {
+        MadeFor { structure: "0123456789abcdef".into(), step_s }
+    }
 
     fn thresholds() -> Thresholds {
         Thresholds {
@@ -207,6 +293,8 @@ mod tests {
                 false_alarms_per_hour: None,
                 note: None,
             },
+            made_for: Some(made_for(1e-3)),
+            effects: None,
             detection: DetectionSection::default(),
             thresholds: [("actuator/a1", 0.5), ("sensor/g1", 1.0 / 3.0)]
                 .map(|(name, value)| (name.parse().unwrap(), value))
@@ -220,7 +308,8 @@ mod tests {
 
     fn problems(thresholds: &Thresholds, detection: &DetectionSection) -> Vec<String> {
         let module = "module1".parse().unwrap();
-        let found = thresholds.fit(&module, &components(), detection).unwrap_err();
+        let found =
+            thresholds.fit(&module, &components(), detection, Some(&made_for(1e-3))).unwrap_err();
         found.iter().map(ToString::to_string).collect()
     }
 
@@ -239,7 +328,12 @@ mod tests {
         let module = "module1".parse().unwrap();
         let mut components = components();
         components.reverse();
-        let fitted = thresholds().fit(&module, &components, &DetectionSection::default());
+        let fitted = thresholds().fit(
+            &module,
+            &components,
+            &DetectionSection::default(),
+            Some(&made_for(1e-3)),
+        );
         assert_eq!(fitted, Ok(vec![1.0 / 3.0, 0.5]));
     }
 
@@ -271,6 +365,24 @@ mod tests {
             assert!(found.contains(named), "{named} in {found}");
         }
         assert_eq!(found.lines().count(), 4);
+    }
+
+    #[test]
+    fn thresholds_made_for_another_structure_or_step_are_refused() {
+        let other = MadeFor { structure: "0".into(), step_s: 5e-3 };
+        let of = |thresholds: Thresholds| {
+            let module = "module1".parse().unwrap();
+            let fitted = thresholds.fit(&module, &components(), &Default::default(), Some(&other));
+            fitted.map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>())
+        };
+        let found = of(thresholds()).unwrap_err();
+        assert!(found[0].contains("another structure"), "{found:?}");
+        assert!(
+            found[1].contains("steps of 0.001 s, but the module has steps of 0.005 s"),
+            "{found:?}"
+        );
+        // what older files were made for is not known
+        assert!(of(Thresholds { made_for: None, ..thresholds() }).is_ok());
     }
 
     #[test]

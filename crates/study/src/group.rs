@@ -133,6 +133,16 @@ impl DiagnoserGroup {
         })
     }
 
+    /// The changes so far whose ratio is final, with their last steps as far as they are known.
+    pub fn settled_changes(&self) -> impl Iterator<Item = (ComponentPath, &Change)> {
+        self.stores.iter().zip(&self.setups).flat_map(|(store, setup)| {
+            store.changes.iter().map(|change| {
+                let component = change.component.clone();
+                (ComponentPath { module: setup.module.clone(), component }, change)
+            })
+        })
+    }
+
     /// The diagnosers, in the order of the setups.
     #[must_use]
     pub fn diagnosers(&self) -> &[Diagnoser] {

@@ -26,7 +26,8 @@ pub mod tail;
 pub mod trace;
 
 pub use calibration::{
-    Calibration, ChannelPeaks, ModulePeaks, NominalRuns, ResidualRecording, StepOrder, plant,
+    Calibration, ChannelPeaks, EffectRuns, Effects, ModulePeaks, NominalRuns, ResidualRecording,
+    StepOrder, plant,
 };
 pub use campaign::{Campaign, Rows};
 pub use case::{CampaignCase, CaseRun, SampleGap, Watch};
@@ -38,4 +39,6 @@ pub use group::{Diagnosed, DiagnoserGroup, GroupError, RigEvent};
 pub use journal::Done;
 pub use rig::{Rig, RigError, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
-pub use system::{CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System};
+pub use system::{
+    CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System, module_setups,
+};

@@ -6,7 +6,7 @@ use diagnosis::identification::{Excerpt, IdentificationResult};
 use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
-use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
+use vocabulary::{Change, Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
 use crate::group::{DiagnoserGroup, GroupError, RigEvent};
 
@@ -110,6 +110,11 @@ impl Rig {
     #[must_use]
     pub fn samples(&self) -> &[Measurements] {
         &self.samples
+    }
+
+    /// The changes so far whose ratio is final, with their last steps as far as they are known.
+    pub fn settled_changes(&self) -> impl Iterator<Item = (ComponentPath, &Change)> {
+        self.group.settled_changes()
     }
 
     /// Starts a stroke of a cylinder at the next step.

@@ -2,12 +2,13 @@
 
 use std::fmt;
 
-use diagnosis::ModuleSetup;
+use diagnosis::residual::NominalHydraulics;
+use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, SignalSettings};
 use plant::PlantParameters;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use truss::Structure;
+use truss::{ModelError, Module, Structure};
 use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
@@ -133,6 +134,51 @@ pub struct ReferenceRow {
     pub cylinder_threshold: f64,
     /// The largest statistics of snippets left out in validation: alone, and with the peers.
     pub largest_left_out: [f64; 2],
+}
+
+/// A diagnoser for each equipped module of a structure, as far as it follows from the description of structure and plant:
+/// its part held by the rest's stiffness, all others its peers, settings for the sampling step. Thresholds are
+/// placeholders, and no ratio is that of a root cause, until both are calibrated.
+///
+/// # Errors
+/// The structure is a mechanism.
+pub fn module_setups(
+    structure: &Structure,
+    parameters: &PlantParameters,
+) -> Result<Vec<ModuleSetup>, ModelError> {
+    let hydraulics = &parameters.hydraulics;
+    let names: Vec<_> = structure.equipped().map(|module| module.name.clone()).collect();
+    let detection = DetectionSettings::at(parameters.step_s);
+    let setup = |module: &Module| {
+        Ok(ModuleSetup {
+            module: module.name.clone(),
+            structure: structure.embedded(&module.name)?,
+            hydraulics: (!module.actuators.is_empty()).then_some(NominalHydraulics {
+                area_a_m2: hydraulics.area_a_m2,
+                area_b_m2: hydraulics.area_b_m2,
+                volume_a_m3: hydraulics.volume_a_m3,
+                volume_b_m3: hydraulics.volume_b_m3,
+                bulk_modulus_pa: hydraulics.bulk_modulus_pa,
+                force_gain_m3_per_s_n: hydraulics.force_gain_m3_per_s_per_n,
+                valve_flow_m3_per_s: hydraulics.valve_flow_m3_per_s,
+                supply_pa: hydraulics.supply_pa,
+                tank_pa: hydraulics.tank_pa,
+                pressure_noise_pa: hydraulics.pressure_noise_pa,
+                speed_uncertainty: 0.25,
+            }),
+            gage_noise_strain: parameters.gages.noise_strain,
+            step_s: parameters.step_s,
+            signals: SignalSettings::default(),
+            detection,
+            isolation: IsolationSettings::at(parameters.step_s, &detection),
+            thresholds: vec![1.0; module.components().count()],
+            learned: None,
+            readings: Vec::new(),
+            peers: names.iter().filter(|name| **name != module.name).cloned().collect(),
+            reference: None,
+        })
+    };
+    structure.equipped().map(setup).collect()
 }
 
 impl System {

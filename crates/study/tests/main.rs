@@ -21,6 +21,7 @@ mod read_model;
 mod report;
 mod rig;
 mod sampling_rates;
+mod structures;
 mod summary;
 mod tower;
 mod trace;

@@ -4,6 +4,7 @@
 //! actuator forces and ζ the elongations that the gages read. M is lumped: half of each member and the share of the
 //! storey at each node. Nodes of beams also have rotations, which have no mass and are condensed statically.
 
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector};
@@ -116,15 +117,15 @@ impl Mechanics {
 }
 
 /// The numbering of the degrees of freedom: translations first, then rotations.
-struct Freedoms {
-    dofs: Vec<Dof>,
+pub(crate) struct Freedoms {
+    pub(crate) dofs: Vec<Dof>,
     translations: usize,
     /// Index in `dofs` of each direction of each node.
     index: Vec<[Option<usize>; 6]>,
 }
 
 impl Freedoms {
-    fn number(structure: &Structure) -> Freedoms {
+    pub(crate) fn number(structure: &Structure) -> Freedoms {
         let mut turns = vec![false; structure.nodes.len()];
         for member in structure.members.iter().filter(|member| member.is_beam()) {
             for end in member.ends {
@@ -190,7 +191,45 @@ fn assemble_stiffness(structure: &Structure, freedoms: &Freedoms) -> DMatrix<f64
             }
         }
     }
+    for known in &structure.surroundings {
+        let places: Vec<_> = known
+            .freedoms
+            .iter()
+            .map(|dof| freedoms.index[dof.node][dof.direction.index()])
+            .collect();
+        for (row, place) in places.iter().enumerate() {
+            for (column, other) in places.iter().enumerate() {
+                if let (Some(i), Some(j)) = (*place, *other) {
+                    whole[(i, j)] += known.stiffness[(row, column)];
+                }
+            }
+        }
+    }
     whole
+}
+
+/// The stiffness of a structure between some of its degrees of freedom, while the others at the nodes that its members
+/// touch are free of load.
+///
+/// # Errors
+/// The others can move without resistance.
+pub(crate) fn condensed_stiffness(
+    structure: &Structure,
+    freedoms: &Freedoms,
+    kept: &[Dof],
+    touched: &BTreeSet<usize>,
+) -> Result<DMatrix<f64>, ModelError> {
+    let stiffness = assemble_stiffness(structure, freedoms);
+    let is_other = |dof: &&Dof| touched.contains(&dof.node) && !kept.contains(dof);
+    let order: Vec<Dof> =
+        kept.iter().chain(freedoms.dofs.iter().filter(is_other)).copied().collect();
+    let place = |dof: &Dof| freedoms.index[dof.node][dof.direction.index()];
+    let places: Vec<usize> = order.iter().filter_map(place).collect();
+    let sorted =
+        DMatrix::from_fn(places.len(), places.len(), |i, j| stiffness[(places[i], places[j])]);
+    condense(&sorted, kept.len()).map_err(|free| ModelError::Mechanism {
+        what: mechanism::in_words(structure, &order[kept.len()..], free.motion.as_slice()),
+    })
 }
 
 /// Static condensation of the rotations. They have neither mass nor load, so K_rt·u + K_rr·φ = 0 holds at all times,

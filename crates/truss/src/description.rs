@@ -27,6 +27,18 @@ pub(crate) struct Description {
     pub(crate) members: Vec<DescriptionEntry<MemberDescription>>,
     #[serde(default)]
     pub(crate) modules: Vec<Spanned<ModuleDescription>>,
+    #[serde(default)]
+    pub(crate) surroundings: Vec<Spanned<SurroundingsDescription>>,
+}
+
+/// What the rest of a larger structure does to the nodes of this part of it.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SurroundingsDescription {
+    /// Node and direction of each row of the stiffness.
+    pub(crate) freedoms: Vec<(String, Direction)>,
+    /// The lower triangle of the stiffness, row by row, so that it is symmetric \[N/m, N, N·m\].
+    pub(crate) stiffness: Vec<Vec<f64>>,
 }
 
 /// Rayleigh damping.

@@ -39,6 +39,9 @@ pub struct Export {
     pub nodal_masses_kg: Vec<f64>,
     /// Fixed degrees of freedom.
     pub fixed: Vec<ExportedFixed>,
+    /// Stiffness of the rest of a larger structure between nodes of this part of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub surroundings: Vec<ExportedSurroundings>,
     /// Actuators of all modules.
     pub actuators: Vec<ExportedActuator>,
     /// Gages of all modules.
@@ -105,6 +108,15 @@ pub struct ExportedFixed {
     pub node: String,
     /// `x`, `y`, `z`, `rx`, `ry`, `rz`.
     pub directions: Vec<Direction>,
+}
+
+/// The stiffness of the rest of a larger structure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExportedSurroundings {
+    /// Node and direction of each row and column.
+    pub freedoms: Vec<(String, Direction)>,
+    /// The rows, symmetric \[N/m, N, N·m\].
+    pub stiffness: Vec<Vec<f64>>,
 }
 
 /// An actuator.
@@ -176,6 +188,7 @@ impl Structure {
             members: self.exported_members(),
             nodal_masses_kg: self.nodal_masses_kg(),
             fixed: self.exported_fixed(),
+            surroundings: self.exported_surroundings(),
             actuators,
             gages: self.exported_gages(),
             alpha_per_s: self.damping.alpha_per_s,
@@ -205,6 +218,20 @@ impl Structure {
             members.push(exported_member(member, module, self.node_names(member.ends)));
         }
         members
+    }
+
+    fn exported_surroundings(&self) -> Vec<ExportedSurroundings> {
+        let each = self.surroundings.iter().map(|known| ExportedSurroundings {
+            freedoms: (known.freedoms.iter())
+                .map(|dof| (self.nodes[dof.node].name.to_string(), dof.direction))
+                .collect(),
+            stiffness: known
+                .stiffness
+                .row_iter()
+                .map(|row| row.iter().copied().collect())
+                .collect(),
+        });
+        each.collect()
     }
 
     fn exported_fixed(&self) -> Vec<ExportedFixed> {

@@ -4,8 +4,8 @@
 //!
 //! 1. [`Structure::from_toml`] reads a description (`description`), generates nodes and members from storeys
 //!    (`generator`), and checks it, reporting all errors at once (`validation`).
-//! 2. [`Structure::local`] extracts one module's own part, clamped at its lower interface; [`Structure::parts`]
-//!    separates parts that are not connected, [`Structure::row`] places copies side by side.
+//! 2. [`Structure::embedded`] extracts one module's own part, held by the condensed stiffness of the rest
+//!    (`surroundings`), [`Structure::local`] the same clamped at its lower interface; [`Structure::parts`] separates parts that are not connected, [`Structure::row`] places copies side by side.
 //! 3. [`Mechanics::assemble`] puts the members together (`element`) and condenses the rotations
 //!    (`assembly`): mass, stiffness, actuator map (eq. 6) and gage map (eq. 7).
 //! 4. [`Modes::of`] decouples the equations of motion into single oscillators.
@@ -38,6 +38,7 @@ mod row;
 mod storeys;
 mod structure;
 mod summary;
+mod surroundings;
 mod validation;
 mod writer;
 
@@ -46,7 +47,7 @@ pub use description_error::{DescriptionError, DescriptionErrors, DescriptionProb
 pub use direction::{Direction, Support};
 pub use export::{
     Export, ExportedActuator, ExportedFixed, ExportedGage, ExportedMember, ExportedNode,
-    ExportedResponse,
+    ExportedResponse, ExportedSurroundings,
 };
 pub use member::{Member, MemberKind};
 pub use modal::Modes;
@@ -56,3 +57,4 @@ pub use perturbation::Perturbation;
 pub use row::copy_prefix;
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
 pub use summary::{ModeSummary, ModuleSummary, StructureSummary};
+pub use surroundings::{Prediction, Surroundings};

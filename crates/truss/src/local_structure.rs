@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::direction::Support;
 use crate::member::Member;
 use crate::model_error::ModelError;
-use crate::structure::{Actuator, Gage, Module, Node, Structure};
+use crate::structure::{Actuator, Gage, Module, Structure};
+use crate::surroundings::Surroundings;
 use vocabulary::ModuleName;
 
 impl Structure {
@@ -15,6 +16,18 @@ impl Structure {
     /// # Errors
     /// The structure has no module of this name.
     pub fn local(&self, module: &ModuleName) -> Result<Structure, ModelError> {
+        let mut local = self.free(module)?;
+        let Some(module) = self.module(module) else { return Ok(local) };
+        for (node, &place) in local.nodes.iter_mut().zip(&module.nodes) {
+            if module.lower_interface.contains(&place) {
+                node.support = Support::CLAMPED;
+            }
+        }
+        Ok(local)
+    }
+
+    /// The module alone, held by nothing but its own supports.
+    pub(crate) fn free(&self, module: &ModuleName) -> Result<Structure, ModelError> {
         let module = self.module(module).ok_or_else(|| self.unknown_module(module))?;
         let node_places = places(&module.nodes);
         let member_places = places(&module.members);
@@ -22,25 +35,25 @@ impl Structure {
         Ok(Structure {
             name: self.name.clone(),
             damping: self.damping,
-            nodes: module.nodes.iter().map(|&node| self.local_node(module, node)).collect(),
+            nodes: module.nodes.iter().map(|&node| self.nodes[node].clone()).collect(),
             members: module
                 .members
                 .iter()
                 .map(|&member| renumber_member(&self.members[member], &node_places))
                 .collect(),
             modules: vec![Module { lower_interface: Vec::new(), ..alone }],
+            surroundings: self.surroundings_of(&module.nodes).collect(),
         })
     }
 
-    fn local_node(&self, module: &Module, node: usize) -> Node {
-        let mut local = self.nodes[node].clone();
-        if module.lower_interface.contains(&node) {
-            local.support = Support::CLAMPED;
-        }
-        local
+    /// The surroundings that act on some nodes only, which are renumbered in this order.
+    pub(crate) fn surroundings_of(&self, nodes: &[usize]) -> impl Iterator<Item = Surroundings> {
+        let of_nodes =
+            |known: &&Surroundings| known.freedoms.iter().all(|dof| nodes.contains(&dof.node));
+        self.surroundings.iter().filter(of_nodes).map(|known| known.renumbered(places(nodes)))
     }
 
-    fn unknown_module(&self, module: &ModuleName) -> ModelError {
+    pub(crate) fn unknown_module(&self, module: &ModuleName) -> ModelError {
         let known: Vec<_> = self.modules.iter().map(|known| format!("`{}`", known.name)).collect();
         ModelError::UnknownModule {
             module: module.clone(),

@@ -31,6 +31,11 @@ impl Structure {
                 forest.join(pair[0], pair[1]);
             }
         }
+        for known in &self.surroundings {
+            for pair in known.freedoms.windows(2) {
+                forest.join(pair[0].node, pair[1].node);
+            }
+        }
         let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for node in 0..self.nodes.len() {
             groups.entry(forest.first(node)).or_default().push(node);
@@ -57,6 +62,7 @@ impl Structure {
             modules: modules
                 .map(|module| renumber_module(module, &node_places, &member_places))
                 .collect(),
+            surroundings: self.surroundings_of(nodes).collect(),
         }
     }
 }

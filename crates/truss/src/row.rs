@@ -19,6 +19,7 @@ impl Structure {
             nodes: Vec::with_capacity(copies * self.nodes.len()),
             members: Vec::with_capacity(copies * self.members.len()),
             modules: Vec::with_capacity(copies * self.modules.len()),
+            surroundings: Vec::new(),
         };
         let spacing_m = 2.0 * self.width_m();
         for copy in 0..copies {
@@ -41,6 +42,8 @@ impl Structure {
                 );
                 row.modules.push(Module { name, ..moved });
             }
+            let moved = self.surroundings.iter().map(|of| of.renumbered(|node| node + first_node));
+            row.surroundings.extend(moved);
         }
         Ok(row)
     }

@@ -1,12 +1,13 @@
 //! The validated description of a structure.
 //!
-//! A [`Structure`] is only created by [`Structure::from_toml`], [`Structure::local`], [`Structure::parts`],
-//! [`Structure::row`], [`Structure::perturbed`] and [`Structure::unmodelled`], so every index in it is valid in its own lists and every member has
+//! A [`Structure`] is only created by [`Structure::from_toml`], [`Structure::local`], [`Structure::embedded`],
+//! [`Structure::parts`], [`Structure::row`], [`Structure::perturbed`] and [`Structure::unmodelled`], so every index in it is valid in its own lists and every member has
 //! a length above 0. Members and nodes are identified by their position in [`Structure::members`] and
 //! [`Structure::nodes`].
 
 use crate::direction::Support;
 use crate::member::Member;
+use crate::surroundings::Surroundings;
 use vocabulary::{
     ActuatorName, Component, GageName, MemberName, ModuleName, NodeName, StructureName,
 };
@@ -121,6 +122,8 @@ pub struct Structure {
     pub members: Vec<Member>,
     /// Modules, lowest first, in the order of the description.
     pub modules: Vec<Module>,
+    /// What the rest of a larger structure does to these nodes; empty of a whole structure.
+    pub surroundings: Vec<Surroundings>,
 }
 
 impl Structure {
@@ -129,7 +132,7 @@ impl Structure {
     pub fn unmodelled(name: StructureName) -> Self {
         let damping = Rayleigh { alpha_per_s: 0.0, beta_s: 0.0 };
         let (nodes, members, modules) = (Vec::new(), Vec::new(), Vec::new());
-        Self { name, damping, nodes, members, modules }
+        Self { name, damping, nodes, members, modules, surroundings: Vec::new() }
     }
 
     /// The modules that have actuators or gages, in order.

@@ -9,14 +9,21 @@ mod sections;
 
 use std::collections::BTreeSet;
 
+use nalgebra::DMatrix;
+
 use self::members::{MemberContext, PlacedMember, placed_member};
 use self::modules::{ModuleContext, module};
 use self::sections::sections;
+use crate::assembly::Dof;
 use crate::check::{Check, KnownNames, Located, NumberRange};
-use crate::description::{DampingDescription, Description, NodeDescription, complaint};
+use crate::description::{
+    DampingDescription, Description, NodeDescription, SurroundingsDescription, complaint,
+};
 use crate::description_error::{DescriptionError, DescriptionErrors, DescriptionProblem};
+use crate::member::Member;
 use crate::storeys::{Lists, write_out};
 use crate::structure::{Module, Node, Rayleigh, Structure};
+use crate::surroundings::Surroundings;
 use vocabulary::{NodeName, StructureName};
 
 impl Structure {
@@ -98,6 +105,12 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
         .enumerate()
         .map(|(index, entry)| module(check, index, entry, &context))
         .collect();
+    let surroundings: Vec<Option<Surroundings>> = (description.surroundings.into_iter())
+        .map(|entry| {
+            let line = check.line(entry.span().start);
+            surroundings(check, line, entry.into_inner(), &node_names, &members)
+        })
+        .collect();
     // While a member is invalid, a node without members may only seem unused.
     if !member_names.is_broken() && members.iter().all(|placed| placed.member.is_some()) {
         report_idle_nodes(check, &node_lines, &nodes, &members);
@@ -108,7 +121,54 @@ fn structure(check: &mut Check, description: Description) -> Option<Structure> {
         nodes: nodes.into_iter().collect::<Option<_>>()?,
         members: members.into_iter().map(|placed| placed.member).collect::<Option<_>>()?,
         modules: modules.into_iter().collect::<Option<_>>()?,
+        surroundings: surroundings.into_iter().collect::<Option<_>>()?,
     })
+}
+
+/// What the rest of a larger structure does to the nodes.
+fn surroundings(
+    check: &mut Check,
+    line: usize,
+    SurroundingsDescription { freedoms, stiffness }: SurroundingsDescription,
+    nodes: &KnownNames,
+    members: &[PlacedMember],
+) -> Option<Surroundings> {
+    let owner = "`surroundings`";
+    let beams = members.iter().filter(|m| m.member.as_ref().is_some_and(Member::is_beam));
+    let turning: BTreeSet<usize> = beams.flat_map(|beam| beam.ends).flatten().collect();
+    let mut known = Vec::with_capacity(freedoms.len());
+    for (name, direction) in &freedoms {
+        let Some(node) = check.find(nodes, line, owner, name) else { continue };
+        let dof = Dof { node, direction: *direction };
+        if known.contains(&dof) {
+            check.form(
+                line,
+                format!("{owner} names {direction} of node `{name}` twice; name it once"),
+            );
+        }
+        if direction.is_rotation() && !turning.contains(&node) {
+            check.form(
+                line,
+                format!(
+                    "{owner} names {direction} of node `{name}`, which no beam turns; leave it out"
+                ),
+            );
+        }
+        known.push(dof);
+    }
+    let is_triangle = stiffness.len() == freedoms.len()
+        && stiffness.iter().enumerate().all(|(row, values)| values.len() == row + 1);
+    if !is_triangle {
+        let count = freedoms.len();
+        check.form(line, format!("the stiffness of {owner} is no lower triangle of {count} rows; give row k its first k values"));
+        return None;
+    }
+    for value in stiffness.iter().flatten() {
+        check.number(line, owner, ("stiffness", *value), NumberRange::Finite);
+    }
+    let size = (known.len() == freedoms.len()).then_some(freedoms.len())?;
+    let stiffness = DMatrix::from_fn(size, size, |i, j| stiffness[i.max(j)][i.min(j)]);
+    Some(Surroundings { freedoms: known, stiffness })
 }
 
 fn damping(check: &mut Check, line: usize, damping: DampingDescription) -> Rayleigh {

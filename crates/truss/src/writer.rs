@@ -5,6 +5,7 @@ use std::fmt::{self, Write};
 
 use crate::member::{Member, MemberKind};
 use crate::structure::{Actuator, Module, Node, Structure};
+use crate::surroundings::Surroundings;
 
 impl Structure {
     /// The description in explicit form: every node and member on a line. Reading it yields the same structure.
@@ -35,7 +36,28 @@ fn write_all(out: &mut String, structure: &Structure) -> fmt::Result {
     for module in &structure.modules {
         write_module(out, structure, module)?;
     }
-    Ok(())
+    structure.surroundings.iter().try_for_each(|known| write_surroundings(out, structure, known))
+}
+
+fn write_surroundings(
+    out: &mut String,
+    structure: &Structure,
+    known: &Surroundings,
+) -> fmt::Result {
+    writeln!(
+        out,
+        "\n# The stiffness of the rest of the structure between nodes that it shares with this part: lower"
+    )?;
+    writeln!(out, "# triangle, row by row [N/m, N, N m].\n[[surroundings]]\nfreedoms = [")?;
+    for dof in &known.freedoms {
+        writeln!(out, "  [\"{}\", \"{}\"],", structure.nodes[dof.node].name, dof.direction)?;
+    }
+    writeln!(out, "]\nstiffness = [")?;
+    for row in 0..known.freedoms.len() {
+        let values: Vec<_> = (0..=row).map(|column| known.stiffness[(row, column)]).collect();
+        writeln!(out, "  {values:?},")?;
+    }
+    writeln!(out, "]")
 }
 
 fn write_node(out: &mut String, node: &Node) -> fmt::Result {

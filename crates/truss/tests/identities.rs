@@ -210,6 +210,34 @@ fn cutting_a_local_structure_again_changes_nothing() {
 }
 
 #[test]
+fn a_module_held_by_the_rests_stiffness_feels_its_own_cylinders_as_in_the_whole() {
+    for structure in [shared::tower(), shared::small(), shared::bridge()] {
+        for module in structure.equipped() {
+            let embedded = structure.embedded(&module.name).unwrap();
+            for found in structure.predictions(&embedded).unwrap() {
+                let expected = if found.module == module.name { found.whole_m_per_n } else { 0.0 };
+                let miss = (found.local_m_per_n - expected).abs();
+                assert!(miss < 1e-9 * found.whole_m_per_n.abs() + 1e-18, "{found:?}");
+            }
+            assert!(embedded.embedded(&module.name).unwrap() == embedded);
+            assert!(Structure::from_toml(&embedded.to_toml()).unwrap() == embedded);
+            assert!(embedded.parts() == [embedded.clone()]);
+        }
+    }
+}
+
+#[test]
+fn a_module_between_supports_is_a_mechanism_by_itself_and_not_in_its_surroundings() {
+    let bridge = shared::bridge();
+    let west = "west".parse().unwrap();
+    assert!(Mechanics::assemble(&bridge.local(&west).unwrap()).is_err());
+    Mechanics::assemble(&bridge.embedded(&west).unwrap()).unwrap();
+    // clamped at the interface and on its roller, the other half is far too stiff
+    let clamped = bridge.local(&"east".parse().unwrap()).unwrap();
+    assert!(bridge.predictions(&clamped).unwrap().iter().any(|found| found.is_wrong()));
+}
+
+#[test]
 fn a_local_structure_stands_clamped_on_the_one_below_or_on_its_own_supports() {
     let tower = shared::tower();
     let held = |structure: &Structure| {

@@ -39,6 +39,28 @@ gages = [
 ]
 "#;
 
+#[test]
+fn surroundings_that_cannot_be_are_named() {
+    let with = |text: &str| format!("[[surroundings]]\n{text}\n[damping]");
+    let found = |text: &str| only("[damping]", &with(text));
+    for (text, expected) in [
+        ("freedoms = [[\"Q\", \"x\"]]\nstiffness = [[1.0]]", "`Q`"),
+        (
+            "freedoms = [[\"T\", \"rx\"]]\nstiffness = [[1.0]]",
+            "rx of node `T`, which no beam turns",
+        ),
+        (
+            "freedoms = [[\"T\", \"x\"], [\"T\", \"x\"]]\nstiffness = [[1.0], [0.0, 1.0]]",
+            "x of node `T` twice",
+        ),
+        ("freedoms = [[\"T\", \"x\"]]\nstiffness = [[1.0, 2.0]]", "no lower triangle of 1 rows"),
+        ("freedoms = [[\"T\", \"x\"]]\nstiffness = [[nan]]", "NaN"),
+    ] {
+        let message = found(text);
+        assert!(message.contains(expected), "{message}");
+    }
+}
+
 /// The messages after replacing one piece of the tripod.
 fn messages(from: &str, to: &str) -> Vec<String> {
     assert!(TRIPOD.contains(from), "{from}");

@@ -6,12 +6,15 @@ mod recorded;
 mod simulated;
 mod thresholds;
 
+use std::fs::Permissions;
 use std::io::Write;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 use daemon::config::{Uncalibrated, load_uncalibrated};
-use diagnosis::thresholds::{Provenance, Thresholds};
+use diagnosis::thresholds::{MadeFor, MeasuredEffects, Provenance, Thresholds};
 use study::Calibration;
+use tempfile::{Builder, NamedTempFile, PersistError};
 
 use crate::failure::Failure;
 use crate::output;
@@ -40,18 +43,42 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => recorded::read(&arguments.recorded, &arguments.table, &modules)?,
     };
     let found = thresholds::thresholds(&data, rule)?;
-    let mut out = output::stdout();
+    let effects = match &arguments.simulation.plant {
+        Some(plant) => Some(simulated::effects(plant, &arguments.simulation, &modules, &found)?),
+        None => None,
+    };
+    let mut files = Vec::with_capacity(modules.len());
     for ((module, peaks), found) in modules.iter().zip(&data.calibration.modules).zip(&found) {
         let components = peaks.channels.iter().map(|channel| channel.component.clone());
         let thresholds = Thresholds {
             module: module.setup.module.clone(),
             provenance: data.provenance(rule, peaks.watched_steps),
+            made_for: Some(MadeFor::new(&module.setup.structure, module.setup.step_s)),
+            effects: effects.clone(),
             detection: module.detection,
             thresholds: components.zip(found.iter().map(|channel| channel.threshold)).collect(),
         };
-        write_file(&module.thresholds, &thresholds)?;
+        files.push(prepare(&module.thresholds, &thresholds)?);
+    }
+    // A mixture of old and new thresholds is worse than either.
+    for (file, module) in files.into_iter().zip(&modules) {
+        let unwritable = |error: PersistError| Failure::unwritable(&module.thresholds, error.error);
+        file.persist(&module.thresholds).map_err(unwritable)?;
+    }
+    let mut out = output::stdout();
+    for ((module, peaks), found) in modules.iter().zip(&data.calibration.modules).zip(&found) {
         writeln!(out, "{}\n", threshold_table(peaks, found).text(terminal_width()))?;
         writeln!(out, "{}: {} thresholds\n", module.thresholds.display(), found.len())?;
+    }
+    if let Some(effects) = effects {
+        let MeasuredEffects { runs, largest_ratio, margin, root_ratio, latest_ms, effect_ms } =
+            effects;
+        writeln!(
+            out,
+            "effects of {runs} faults: at most {largest_ratio} times a threshold within the tie, so that from \
+             {root_ratio} on ({margin} times as much) a change is a root cause; at most {latest_ms} ms from a fault's own \
+             change, so that it explains for {effect_ms} ms"
+        )?;
     }
     Ok(())
 }
@@ -94,7 +121,13 @@ fn origin(seeds: Option<String>, recordings: Vec<String>, runs: u64) -> Provenan
     }
 }
 
-fn write_file(file: &Path, thresholds: &Thresholds) -> Result<(), Failure> {
+/// Writes a file beside the one that it is to replace.
+fn prepare(file: &Path, thresholds: &Thresholds) -> Result<NamedTempFile, Failure> {
     let text = toml::to_string(thresholds).map_err(|error| Failure::runtime(error.to_string()))?;
-    std::fs::write(file, text).map_err(|error| Failure::unwritable(file, error))
+    let folder = file.parent().filter(|folder| *folder != Path::new(""));
+    let prepared = Builder::new()
+        .permissions(Permissions::from_mode(0o644))
+        .tempfile_in(folder.unwrap_or(Path::new(".")))
+        .and_then(|mut prepared| prepared.write_all(text.as_bytes()).map(|()| prepared));
+    prepared.map_err(|error| Failure::unwritable(file, error))
 }

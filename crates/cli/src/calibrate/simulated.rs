@@ -3,13 +3,68 @@
 use std::path::Path;
 
 use daemon::config::{PlantFlags, Uncalibrated, load_plant};
-use diagnosis::thresholds::Provenance;
-use study::NominalRuns;
+use diagnosis::ModuleSetup;
+use diagnosis::thresholds::{MeasuredEffects, Provenance};
+use study::{EffectRuns, NominalRuns};
 
 use super::arguments::NominalRunFlags;
+use super::thresholds::{ChannelThreshold, round};
 use super::{NominalData, origin};
 use crate::failure::Failure;
 use crate::progress::WorkProgress;
+
+/// Factor on the largest effect from which on a change is none. The divergence grows with the fourth power of a fault's
+/// size, so it covers effects one and a half times as large.
+const MARGIN: f64 = 4.0;
+/// Factor on the time between a fault and its effects, and the least effect time as a share of the interval: late effects
+/// are rare, and when a fault leaves the interval the oscillation that followed it leaves a little later.
+const TIME_MARGIN: f64 = 2.0;
+const LEAST_SHARE: f64 = 0.25;
+/// Below it a change may as well be chance.
+const LEAST_RATIO: f64 = 10.0;
+/// Runs with a fault in each component.
+const EFFECT_RUNS: u64 = 4;
+
+/// Simulates faults in each component, with the thresholds found.
+pub(super) fn effects(
+    plant: &Path,
+    simulation: &NominalRunFlags,
+    modules: &[Uncalibrated],
+    found: &[Vec<ChannelThreshold>],
+) -> Result<MeasuredEffects, Failure> {
+    let plant = load_plant(plant, &PlantFlags::default())?;
+    let with_thresholds = |(module, found): (&Uncalibrated, &Vec<ChannelThreshold>)| ModuleSetup {
+        thresholds: found.iter().map(|channel| channel.threshold).collect(),
+        ..module.setup.clone()
+    };
+    let setups: Vec<_> = modules.iter().zip(found).map(with_thresholds).collect();
+    let runs = EffectRuns {
+        first_seed: simulation.first_seed.wrapping_add(simulation.runs),
+        runs: EFFECT_RUNS,
+        mismatch: simulation.mismatch,
+        jobs: simulation.jobs(),
+    };
+    let progress = WorkProgress::of_runs("measuring effects", runs.count(&setups));
+    let effects =
+        runs.measure(&plant.structure, &plant.parameters, &setups, &|| progress.advance());
+    drop(progress);
+    let effects = effects.map_err(|error| Failure::input(error.to_string()))?;
+    let step_ms = 1e3 * plant.parameters.step_s;
+    let latest_ms = step_ms * effects.latest_steps as f64;
+    let of_interval = |setup: &ModuleSetup| setup.detection.divergence.interval.vectors();
+    let vectors = setups.iter().filter_map(of_interval).min();
+    // A growing interval forgets nothing.
+    let interval_ms = step_ms * vectors.unwrap_or(0) as f64;
+    let effect_ms = (TIME_MARGIN * latest_ms).min(interval_ms).max(LEAST_SHARE * interval_ms);
+    Ok(MeasuredEffects {
+        runs: effects.runs,
+        largest_ratio: round(effects.largest_ratio),
+        margin: MARGIN,
+        root_ratio: round((MARGIN * effects.largest_ratio).max(LEAST_RATIO)),
+        latest_ms: round(latest_ms),
+        effect_ms: round(effect_ms),
+    })
+}
 
 pub(super) fn simulate(
     plant: &Path,

@@ -120,14 +120,15 @@ fn thresholds(file: &Path) -> Result<String, ConfigErrors> {
     let document = SettingsFile::read(file)?;
     let read: Thresholds = document.parse()?;
     let components: Vec<_> = read.thresholds.keys().cloned().collect();
-    let fitted = read.fit(&read.module, &components, &read.detection).map_err(|problems| {
-        let each = problems.iter().map(|problem| {
-            let place = problem.place();
-            let place: Vec<&str> = place.iter().map(String::as_str).collect();
-            mistake(file, document.line(&place), problem).0
-        });
-        ConfigErrors(each.flatten().collect())
-    })?;
+    let fitted =
+        read.fit(&read.module, &components, &read.detection, None).map_err(|problems| {
+            let each = problems.iter().map(|problem| {
+                let place = problem.place();
+                let place: Vec<&str> = place.iter().map(String::as_str).collect();
+                mistake(file, document.line(&place), problem).0
+            });
+            ConfigErrors(each.flatten().collect())
+        })?;
     let mut errors = ConfigErrors(Vec::new());
     document.check_numbers(&mut errors);
     errors.or(())?;

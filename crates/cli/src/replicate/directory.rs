@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
 
-pub(super) struct Directory(PathBuf);
+pub(crate) struct Directory(PathBuf);
 
 impl Directory {
     /// Claims a directory that does not exist or is empty.
-    pub(super) fn claim(path: &Path) -> Result<Directory, Failure> {
+    pub(crate) fn claim(path: &Path) -> Result<Directory, Failure> {
         let unusable = |error: std::io::Error| {
             Failure::runtime(format!("cannot use `{}` as a directory: {error}", path.display()))
         };
@@ -24,7 +24,7 @@ impl Directory {
     }
 
     /// Writes a file, given its path in the directory.
-    pub(super) fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
+    pub(crate) fn write(&self, file: &str, text: &str) -> Result<(), Failure> {
         let path = self.0.join(file);
         let folder = path.parent().unwrap_or(&self.0);
         fs::create_dir_all(folder).and_then(|()| fs::write(&path, text)).map_err(|error| {

@@ -9,7 +9,7 @@ use crate::failure::Failure;
 const ROUTER: &str = include_str!("../../../../configs/zenoh/router.json5");
 const ROUTER_ENDPOINT: &str = "tcp/127.0.0.1:7447";
 
-pub(super) enum NetworkLayout {
+pub(crate) enum NetworkLayout {
     /// Every process listens on a port of this machine: first the plant, then the modules.
     Mesh {
         /// The plant's.
@@ -24,7 +24,7 @@ pub(super) enum NetworkLayout {
 
 impl NetworkLayout {
     /// Ports for a plant and this many modules.
-    pub(super) fn mesh(first_port: u16, modules: usize) -> Result<NetworkLayout, Failure> {
+    pub(crate) fn mesh(first_port: u16, modules: usize) -> Result<NetworkLayout, Failure> {
         let highest = usize::from(u16::MAX) - modules;
         if first_port == 0 || usize::from(first_port) > highest {
             return Err(Failure::usage(format!(
@@ -34,12 +34,12 @@ impl NetworkLayout {
         Ok(NetworkLayout::Mesh { first_port })
     }
 
-    pub(super) fn star(router: &EndPoint) -> NetworkLayout {
+    pub(crate) fn star(router: &EndPoint) -> NetworkLayout {
         NetworkLayout::Star { router: router.to_string() }
     }
 
     /// The plant's table `[network]`.
-    pub(super) fn of_plant(&self) -> Table {
+    pub(crate) fn of_plant(&self) -> Table {
         match self {
             NetworkLayout::Mesh { first_port } => peer(*first_port, &[]),
             NetworkLayout::Star { router } => client(router),
@@ -48,7 +48,7 @@ impl NetworkLayout {
 
     /// A module's table `[network]`, given the modules that it is linked to, ascending. Of two linked modules the later
     /// one connects, also after a restart of either.
-    pub(super) fn of_module(&self, module: usize, linked: &[usize]) -> Table {
+    pub(crate) fn of_module(&self, module: usize, linked: &[usize]) -> Table {
         match self {
             NetworkLayout::Mesh { first_port } => {
                 // `mesh` has checked that there are ports for all.
@@ -63,7 +63,7 @@ impl NetworkLayout {
     }
 
     /// File and text of the settings of the router, if there is one.
-    pub(super) fn router_settings(&self) -> Option<(&'static str, String)> {
+    pub(crate) fn router_settings(&self) -> Option<(&'static str, String)> {
         match self {
             NetworkLayout::Mesh { .. } => None,
             NetworkLayout::Star { router } => {

@@ -7,8 +7,8 @@
 //! | `layout` | the endpoints of each process |
 //! | `directory` | the output directory |
 
-mod directory;
-mod layout;
+pub(crate) mod directory;
+pub(crate) mod layout;
 mod neighbourhood;
 mod template;
 

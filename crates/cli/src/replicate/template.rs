@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use daemon::config::{DiagnoserConfig, load_diagnoser};
-use diagnosis::thresholds::Thresholds;
+use diagnosis::thresholds::{MadeFor, Thresholds};
 use settings::ConfigErrors;
 use toml::{Table, Value};
 use truss::{Structure, copy_prefix};
@@ -108,6 +108,9 @@ impl Template {
     fn thresholds(&self, name: &ModuleName, row: &StructureName) -> Thresholds {
         let mut thresholds = self.thresholds.clone();
         thresholds.module = name.clone();
+        let step_s = self.config.module_setup().step_s;
+        let made_for = MadeFor::new(&self.structure(name, row), step_s);
+        thresholds.made_for = thresholds.made_for.map(|_| made_for);
         let origin = format!(
             "those of `{}` of the structure `{}`, of which this module of `{row}` is a copy",
             self.module(),

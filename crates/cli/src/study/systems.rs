@@ -110,9 +110,11 @@ impl SystemArguments {
 
 impl ScenarioArguments {
     pub(super) fn campaign(&self) -> Result<ScenarioCampaign, Failure> {
+        let system = self.system.only_system()?;
+        let ranges = ScenarioRanges { nominal_s: self.nominal_seconds, ..Default::default() };
         Ok(ScenarioCampaign {
-            system: self.system.only_system()?,
-            ranges: ScenarioRanges { nominal_s: self.nominal_seconds, ..Default::default() },
+            ranges: ranges.watched(&system),
+            system,
             scenarios: self.scenarios,
             nominal: self.nominal,
         })

@@ -24,6 +24,7 @@ mod inject;
 mod join;
 mod learn;
 mod model;
+mod new;
 mod orders;
 mod pki;
 mod program;

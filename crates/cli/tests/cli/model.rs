@@ -21,7 +21,13 @@ fn a_module_is_chosen_by_name_or_by_number() {
     let named = run(&["model", &tower(), "--module", "module2"]);
     named.succeeds();
     assert_eq!(named.stdout, run(&["model", &tower(), "--module", "2"]).stdout);
-    assert!(named.stdout.contains("module2") && !named.stdout.contains("module1"));
+    // the rest holds it, so that it predicts its own cylinders and no others
+    let line = |cylinder: &str| named.stdout.lines().find(|line| line.contains(cylinder)).unwrap();
+    assert!(line("module2/a1").contains("100 %"), "{}", named.stdout);
+    assert!(line("module1/a").contains("0 %   WARNING"), "{}", named.stdout);
+    let clamped = run(&["model", &tower(), "--module", "2", "--held", "clamped"]).stdout;
+    let is_warned = |line: &str| line.contains("module2/a") && line.contains("WARNING");
+    assert!(clamped.lines().any(is_warned) && !named.stdout.lines().any(is_warned));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::time::Duration;
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::state::learned::LearnedModule;
 use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
-use diagnosis::thresholds::Thresholds;
+use diagnosis::thresholds::{MadeFor, MeasuredEffects, Thresholds};
 use diagnosis::{DetectionSection, Diagnoser, IsolationSection, ModuleSetup, SignalSettings};
 use pki::Holder;
 use serde::{Deserialize, Serialize};
@@ -373,7 +373,11 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         errors.add(file, document.line(&["module"]), problem);
         return Err(errors);
     }
-    let fitted = thresholds.fit(&written.module, &components, &written.detection);
+    let used_for = MadeFor::new(&structure, written.step_s);
+    let fitted = thresholds.fit(&written.module, &components, &written.detection, Some(&used_for));
+    if let Some(effects) = &thresholds.effects {
+        use_measured(&mut written, &document, effects);
+    }
     let fitted = fitted.unwrap_or_else(|problems| {
         for problem in problems {
             let place = problem.place();
@@ -545,6 +549,15 @@ fn setup(written: &DiagnoserFile, structure: Structure, thresholds: Vec<f64>) ->
     }
 }
 
+/// Takes settings that the file leaves open from the measured effects of faults.
+fn use_measured(written: &mut DiagnoserFile, document: &SettingsFile, effects: &MeasuredEffects) {
+    let isolation = &mut written.isolation;
+    isolation.root_ratio.get_or_insert(effects.root_ratio);
+    if !document.has(&["isolation", "effect_ms"]) {
+        isolation.effect_ms = effects.effect_ms.max(isolation.quiet_ms);
+    }
+}
+
 /// Fits settings that the file leaves open to its sampling step. The written defaults are for 1 kHz, and remain as
 /// they are wherever they fit.
 fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
@@ -554,6 +567,7 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
     }
     let is_open = |table: &str, key: &str| !document.has(&[table, key]);
     let DiagnoserFile { isolation, detection, step_s, .. } = written;
+    detection.fit_to_step(*step_s, |key| is_open("detection", key));
     isolation.fit_to_step(*step_s, detection, |key| is_open("isolation", key));
     // A message as often as at 1 kHz, or each step.
     let publish = &mut written.publish;

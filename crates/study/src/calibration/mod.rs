@@ -2,6 +2,7 @@
 //! (section 4.3 of the paper), or the tail of its peaks.
 
 mod collector;
+mod effects;
 mod nominal_runs;
 mod recording;
 
@@ -9,6 +10,7 @@ use vocabulary::{Component, ComponentPath, ModuleName};
 
 use crate::tail::{LargestPeaks, TailError, TailThreshold, tail_threshold};
 
+pub use effects::{EffectRuns, Effects};
 pub use nominal_runs::{NominalRuns, plant};
 pub use recording::{ResidualRecording, StepOrder};
 

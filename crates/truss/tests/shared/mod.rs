@@ -12,6 +12,11 @@ pub(crate) fn small() -> Structure {
     Structure::from_toml(include_str!("../../../../configs/small.toml")).unwrap()
 }
 
+/// On a pin and a roller: no module stands by itself.
+pub(crate) fn bridge() -> Structure {
+    Structure::from_toml(include_str!("../../../../configs/templates/bridge.toml")).unwrap()
+}
+
 pub(crate) fn local(structure: &Structure, module: &str) -> Structure {
     structure.local(&module.parse().unwrap()).unwrap()
 }

@@ -4,7 +4,7 @@ use daemon::config::{
     PlantFlags, Schedule, load_diagnoser, load_plant, load_schedule, load_uncalibrated,
 };
 use diagnosis::DetectionSection;
-use diagnosis::thresholds::Thresholds;
+use diagnosis::thresholds::{MadeFor, Thresholds};
 use diagnosis::{Action, Diagnoser, ModuleSetup};
 use settings::ConfigErrors;
 use vocabulary::{RunId, Step};
@@ -57,7 +57,9 @@ pub(super) fn check_thresholds(bytes: &[u8]) {
             let components: Vec<_> = module.components().collect();
             let (name, detection) = (&setup.module, DetectionSection::from(setup.detection));
             let thresholds: Thresholds = read.unwrap();
-            assert_eq!(thresholds.fit(name, &components, &detection), Ok(setup.thresholds.clone()));
+            let used_for = MadeFor::new(&setup.structure, setup.step_s);
+            let fitted = thresholds.fit(name, &components, &detection, Some(&used_for));
+            assert_eq!(fitted, Ok(setup.thresholds.clone()));
             assert!(setup.thresholds.iter().all(|value| value.is_finite() && *value > 0.0));
             assert_eq!(config.thresholds, thresholds.fingerprint());
         }
