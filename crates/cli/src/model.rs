@@ -82,7 +82,8 @@ fn write_predictions(out: &mut impl Write, predictions: &[Prediction]) -> Result
             gage.to_string(),
             format!("{module}/{actuator}"),
             format!("{:.3}", 1e9 * whole_m_per_n),
-            format!("{:.0} %", 100.0 * prediction.share()),
+            // Not "-0 %".
+            format!("{} %", (100.0 * prediction.share()).round() + 0.0),
             if prediction.is_wrong() { "WARNING: wrong by more than a third" } else { "" }
                 .to_owned(),
         ]);
