@@ -20,6 +20,8 @@ const MARGIN: f64 = 4.0;
 /// are rare, and when a fault leaves the interval the oscillation that followed it leaves a little later.
 const TIME_MARGIN: f64 = 2.0;
 const LEAST_SHARE: f64 = 0.25;
+/// What counts as the interval if it grows \[ms\].
+const GROWING_MS: f64 = 1e3;
 /// Below it a change may as well be chance.
 const LEAST_RATIO: f64 = 10.0;
 /// Runs with a fault in each component.
@@ -53,8 +55,7 @@ pub(super) fn effects(
     let latest_ms = step_ms * effects.latest_steps as f64;
     let of_interval = |setup: &ModuleSetup| setup.detection.divergence.interval.vectors();
     let vectors = setups.iter().filter_map(of_interval).min();
-    // A growing interval forgets nothing.
-    let interval_ms = step_ms * vectors.unwrap_or(0) as f64;
+    let interval_ms = vectors.map_or(GROWING_MS, |vectors| step_ms * vectors as f64);
     let effect_ms = (TIME_MARGIN * latest_ms).min(interval_ms).max(LEAST_SHARE * interval_ms);
     Ok(MeasuredEffects {
         runs: effects.runs,
