@@ -50,7 +50,7 @@ impl MadeFor {
         let structure =
             (self.structure != used_for.structure).then_some(ThresholdProblem::OtherStructure);
         let is_other = (self.step_s / used_for.step_s - 1.0).abs() > 1e-9;
-        let step = is_other.then(|| ThresholdProblem::OtherStep {
+        let step = is_other.then_some(ThresholdProblem::OtherStep {
             made_for: self.step_s,
             used_for: used_for.step_s,
         });
