@@ -14,9 +14,6 @@ import numpy as np
 import pytest
 from conftest import ROOT, trusswatch
 
-# Builds the wheel and needs minutes.
-pytestmark = pytest.mark.nightly
-
 CRATE = ROOT / "crates/python"
 TARGET = ROOT / "target/python"
 MODULES = [ROOT / "configs/module1.toml", ROOT / "configs/module2.toml"]
@@ -58,7 +55,8 @@ def tw(site):
     return trusswatch
 
 
-pytestmark = pytest.mark.timeout(BUILD_S)
+# Builds the wheel, which takes minutes.
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(BUILD_S)]
 
 
 def same(found, expected):
