@@ -62,10 +62,11 @@ pub async fn bare_messages_percent() -> f64 {
     percent
 }
 
-/// Resident memory of a process \[KiB\]; `None` if there is no such process, or it has ended.
+/// Resident memory that a process has allocated \[KiB\]; `None` if there is no such process, or it has ended. The pages of
+/// its program's file are not counted: the kernel takes them away and brings them back as it likes.
 #[must_use]
-pub fn resident_kib(pid: u32) -> Option<u64> {
-    of_status(pid, "VmRSS:")
+pub fn allocated_kib(pid: u32) -> Option<u64> {
+    of_status(pid, "RssAnon:")
 }
 
 /// The most resident memory that a process has had since it was started \[KiB\]; `None` if there is no such

@@ -1,12 +1,12 @@
 //! The web page of a deployment as a process, and readers of its streams.
 
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
+use tokio::net::{TcpSocket, TcpStream};
 use tokio::task::JoinSet;
 
 use crate::binaries::{configs, program};
@@ -16,6 +16,7 @@ use crate::process::Process;
 
 /// How often it is looked whether something has come.
 const GLANCE: Duration = Duration::from_millis(20);
+const READERS_ADDRESSES: usize = 4;
 
 /// `trusswatch web` of the tower, connected to every process of a deployment.
 pub struct WebPage {
@@ -57,8 +58,8 @@ impl WebPage {
     /// Opens so many streams, each read as fast as it comes.
     pub async fn read(&self, streams: usize) -> Readers {
         let mut readers = Readers { read: Vec::new(), _tasks: JoinSet::new() };
-        for _ in 0..streams {
-            let mut stream = self.open().await;
+        for place in 0..streams {
+            let mut stream = self.open(place).await;
             let read = Arc::new(Read::default());
             readers.read.push(read.clone());
             readers._tasks.spawn(async move {
@@ -76,11 +77,15 @@ impl WebPage {
 
     /// Opens a stream that nobody reads.
     pub async fn stall(&self) -> TcpStream {
-        self.open().await
+        self.open(0).await
     }
 
-    async fn open(&self) -> TcpStream {
-        let mut stream = TcpStream::connect(self.address).await.unwrap();
+    /// One address may have a part of all connections only: readers have some addresses of this machine in turns.
+    async fn open(&self, place: usize) -> TcpStream {
+        let from = Ipv4Addr::new(127, 0, 0, (2 + place % READERS_ADDRESSES) as u8);
+        let socket = TcpSocket::new_v4().unwrap();
+        socket.bind((from, 0).into()).unwrap();
+        let mut stream = socket.connect(self.address).await.unwrap();
         let request = format!(
             "GET /stream?page=overview HTTP/1.1\r\nHost: {}\r\nAccept: text/event-stream\r\n\r\n",
             self.address

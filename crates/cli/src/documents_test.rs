@@ -90,3 +90,30 @@ fn every_command_of_a_document_is_one_that_the_program_takes() {
     }
     assert!(seen > 50, "only {seen} commands in the documents");
 }
+
+/// `a/{b,c}` as `a/b`, `a/c`.
+fn alternatives(path: &str) -> Vec<String> {
+    let Some((before, (inside, after))) =
+        path.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
+    else {
+        return vec![path.to_owned()];
+    };
+    let one = |part: &str| alternatives(&format!("{before}{part}{after}"));
+    inside.split(',').flat_map(one).collect()
+}
+
+#[test]
+fn the_files_that_prove_a_claim_exist() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let text = fs::read_to_string(root.join("tests/README.md")).unwrap();
+    let is_path = |span: &&str| span.contains('/') && !span.contains([' ', '<', '=']);
+    let places = ["", "tests", "tests/tests"];
+    let named = text.lines().filter(|line| line.starts_with('|'));
+    let named = named.flat_map(|line| line.split('`').skip(1).step_by(2)).filter(is_path);
+    let named: Vec<String> = named.flat_map(alternatives).collect();
+    assert!(named.len() > 50, "{named:?}");
+    for path in named {
+        let exists = places.iter().any(|place| root.join(place).join(&path).exists());
+        assert!(exists, "tests/README.md names `{path}`, which does not exist");
+    }
+}

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use daemon::config::Schedule;
 use serde_json::Value;
 use system_tests::deployment::{Deployment, MODULES};
-use system_tests::footprint::resident_kib;
+use system_tests::footprint::allocated_kib;
 use system_tests::hostile::{
     Fate, Impostor, Questions, Replies, ask_many, blocking_session, pour, pour_long, questions,
     true_sample,
@@ -85,19 +85,19 @@ impl Scene {
         self.observer.status_of("module1", wanted).await
     }
 
-    fn resident_kib(&self) -> u64 {
-        resident_kib(self.diagnosers[0].pid()).unwrap()
+    fn allocated_kib(&self) -> u64 {
+        allocated_kib(self.diagnosers[0].pid()).unwrap()
     }
 
     /// Waits until no more than a third of the memory that it had before has been kept, which is five bytes for
     /// each message: what the last messages took is given back as those that follow are freed.
     async fn has_memory_back(&self, before: u64) {
-        let (start, at_once) = (Instant::now(), self.resident_kib());
+        let (start, at_once) = (Instant::now(), self.allocated_kib());
         let most = before + before / 3;
-        while self.resident_kib() > most && start.elapsed() < GIVEN_BACK {
+        while self.allocated_kib() > most && start.elapsed() < GIVEN_BACK {
             tokio::time::sleep(Duration::from_millis(50)).await;
         }
-        let (after, elapsed) = (self.resident_kib(), start.elapsed());
+        let (after, elapsed) = (self.allocated_kib(), start.elapsed());
         println!(
             "resident memory {before} KiB before, {at_once} KiB after, {after} KiB {elapsed:.1?} later"
         );
@@ -142,7 +142,7 @@ impl Scene {
     }
 
     fn report(&self, topic: &str, messages: u64, seconds: f64) {
-        let (rate, kib) = (messages as f64 / seconds, self.resident_kib());
+        let (rate, kib) = (messages as f64 / seconds, self.allocated_kib());
         println!("  {topic}: {messages} in {seconds:.1} s, {rate:.0} per second; {kib} KiB");
     }
 
@@ -229,7 +229,7 @@ async fn a_million_hostile_messages_on_every_key_are_counted_and_change_nothing(
     let worst = WorstStatus::of(&scene.observer).await;
     println!("to get warm:");
     flood(&scene, &sample, MILLION / 10, question_time() / 10).await;
-    let before = scene.resident_kib();
+    let before = scene.allocated_kib();
     println!("at full length:");
     flood(&scene, &sample, MILLION, question_time()).await;
     scene.has_memory_back(before).await;
@@ -260,7 +260,7 @@ async fn junk_in_place_of_replies_confirms_nothing_and_ends_with_its_sender() {
     assert_eq!(fault.component.to_string(), "module1/sensor/g4");
     // By then memory for the junk of several queries has been allocated.
     scene.status(|status| status.peers[0].malformed >= 3).await;
-    let before = scene.resident_kib();
+    let before = scene.allocated_kib();
     scene.status(|status| status.peers[0].malformed >= 10).await;
     let status = scene.status(|_| true).await;
     println!("{} junk replies; {:?}", peer.sent(), status.peers);

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
 use system_tests::deployment::{Deployment, MODULES};
-use system_tests::footprint::resident_kib;
+use system_tests::footprint::allocated_kib;
 use system_tests::observer::Observer;
 use system_tests::throttle::Throttle;
 use system_tests::turn;
@@ -49,7 +49,7 @@ async fn an_overloaded_diagnoser_logs_it_drops_its_backlog_and_recovers() {
     for (module, process) in MODULES.into_iter().zip(&diagnosers) {
         let overcome = |status: &ModuleStatus| status.intake.resynchronised >= TIMES;
         let status = observer.status_of(module, overcome).await;
-        let (worst, kib) = (worst.of_module(module), resident_kib(process.pid()).unwrap());
+        let (worst, kib) = (worst.of_module(module), allocated_kib(process.pid()).unwrap());
         let (step, intake) = (status.step, status.intake);
         println!("{module}: step {step:?}, {kib} KiB, {worst:?}");
         println!("  {intake:?}\n  {:?}", status.diagnosis);

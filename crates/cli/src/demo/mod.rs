@@ -12,6 +12,7 @@ mod story;
 
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use daemon::config::Speed;
@@ -37,6 +38,11 @@ const MOVE_WITHIN: Duration = Duration::from_secs(20);
 /// How long to wait for late messages at the end.
 const STRAGGLERS: Duration = Duration::from_millis(400);
 
+const EXAMPLES: &str = "\
+Examples:
+  trusswatch demo
+  trusswatch demo bridge --speed max";
+
 /// Run a plant and its diagnosers on this machine, inject faults and watch them being diagnosed
 ///
 /// Starts `trusswatch-plant` and a `trusswatch-diagnoser` for each module, which must lie beside this
@@ -44,7 +50,10 @@ const STRAGGLERS: Duration = Duration::from_millis(400);
 /// diagnosed faults; the exit code is 0 only if every injected fault was named and nothing else was.
 /// Ctrl-C stops everything; the exit code is then 130.
 #[derive(Debug, clap::Args)]
+#[command(after_long_help = EXAMPLES)]
 pub(crate) struct Arguments {
+    /// Directory of a plant and its modules, as `trusswatch new` makes it [default: the shipped tower]
+    directory: Option<PathBuf>,
     /// Print one JSON object a line; the last has the event `summary`
     #[arg(long)]
     json: bool,
@@ -66,7 +75,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// Sets up, runs the demo, and always cleans up.
 async fn stage(arguments: &Arguments) -> Result<(), Failure> {
     let mut interrupts = Interrupts::listen()?;
-    let setup = DemoSetup::set_up(arguments.speed, arguments.seed)?;
+    let setup = DemoSetup::set_up(arguments.directory.as_deref(), arguments.speed, arguments.seed)?;
     let mut children = Children::default();
     let started = setup.start_diagnosers(&mut children);
     let shown = match started {

@@ -145,6 +145,20 @@ fn every_injected_fault_is_named_and_nothing_else() {
 }
 
 #[test]
+fn configurations_of_a_directory_are_run_in_place_of_the_shipped_ones() {
+    let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs");
+    let mut demo = Demo::start(&[configs.to_str().unwrap(), "--speed", "max"]);
+    let summary = demo.wait_for("summary");
+    assert_eq!(summary["injected"].as_array().unwrap().len(), 7);
+    assert_eq!(demo.end().0.code(), Some(0));
+    let incomplete = tempfile::tempdir().unwrap();
+    std::fs::copy(configs.join("plant.toml"), incomplete.path().join("plant.toml")).unwrap();
+    std::fs::copy(configs.join("tower.toml"), incomplete.path().join("tower.toml")).unwrap();
+    let named = incomplete.path().to_str().unwrap();
+    run(&["demo", named]).fails(3, &["module1.toml", "cannot be read"]);
+}
+
+#[test]
 fn an_interrupt_leaves_no_process_behind() {
     for signal in [Signal::SIGINT, Signal::SIGTERM] {
         let mut demo = Demo::start(&[]);
