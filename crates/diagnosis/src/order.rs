@@ -101,7 +101,7 @@ pub enum OrderRefusal {
 
 /// A component without a fault may still be one of which nothing is known: it is not called normal.
 fn standing(state: &str) -> String {
-    if state == "normal" { "has no fault".to_owned() } else { format!("is {state}") }
+    if state == "normal" { "has no known fault".to_owned() } else { format!("is {state}") }
 }
 
 #[cfg(test)]
@@ -115,7 +115,7 @@ mod tests {
             OrderRefusal::NothingToAcknowledge { component, state }.to_string()
         };
         let only = "only a latched fault can be acknowledged";
-        assert_eq!(refused("normal"), format!("`sensor/g7` has no fault; {only}"));
+        assert_eq!(refused("normal"), format!("`sensor/g7` has no known fault; {only}"));
         assert_eq!(refused("explained"), format!("`sensor/g7` is explained; {only}"));
     }
 }

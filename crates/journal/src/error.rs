@@ -51,7 +51,13 @@ pub enum OpenError {
 }
 
 fn named(holder: Option<u32>) -> String {
-    holder.map_or_else(|| "another process".to_owned(), |pid| format!("process {pid}"))
+    match holder {
+        Some(pid) if pid == std::process::id() => {
+            format!("process {pid}, this one, which may still be waiting for the disk")
+        }
+        Some(pid) => format!("process {pid}"),
+        None => "another process".to_owned(),
+    }
 }
 
 /// Why records were not written; the journal is unchanged.

@@ -71,11 +71,10 @@ impl Network {
     /// Resolves paths relative to the settings file, and checks all settings.
     pub fn check(&mut self, document: &SettingsFile, errors: &mut ConfigErrors) {
         let line = |key: &str| document.line(&["network", key]);
-        for (key, endpoints) in [("listen", &self.listen), ("connect", &self.connect)] {
-            for error in endpoints.iter().filter_map(|text| endpoint(text).err()) {
-                errors.add(&document.file, line(key), error);
-            }
-        }
+        let wrong = self.listen.iter().filter_map(|text| endpoint(text).err());
+        wrong.for_each(|error| errors.add(&document.file, line("listen"), error));
+        let wrong = self.connect.iter().filter_map(|text| to_connect(text).err());
+        wrong.for_each(|error| errors.add(&document.file, line("connect"), error));
         if let Some(lease_ms) = self.lease_ms.filter(|lease_ms| !LEASES_MS.contains(lease_ms)) {
             let (least, most) = (LEASES_MS.start(), LEASES_MS.end());
             let problem = format!("a lease of {lease_ms} ms; use {least} to {most} ms");
@@ -103,10 +102,10 @@ impl Network {
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct NetworkFlags {
     /// Listen on this endpoint too, e.g. `tcp/127.0.0.1:7447`; may be repeated
-    #[arg(long, value_name = "ENDPOINT", value_parser = well_formed)]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_listen)]
     pub listen: Vec<String>,
     /// Connect to this endpoint too; may be repeated
-    #[arg(long, value_name = "ENDPOINT", value_parser = well_formed)]
+    #[arg(long, value_name = "ENDPOINT", value_parser = to_connect)]
     pub connect: Vec<String>,
     /// Authenticate with the certificate in this directory, made by `trusswatch pki issue`, and
     /// accept nothing but mutually authenticated TLS
@@ -114,7 +113,7 @@ pub struct NetworkFlags {
     pub tls: Option<PathBuf>,
 }
 
-fn well_formed(text: &str) -> Result<String, EndpointError> {
+fn to_listen(text: &str) -> Result<String, EndpointError> {
     endpoint(text).map(|_| text.to_owned())
 }
 
@@ -168,12 +167,24 @@ pub fn endpoint(text: &str) -> Result<EndPoint, EndpointError> {
     Ok(endpoint)
 }
 
+/// Checks an endpoint to connect to.
+fn to_connect(text: &str) -> Result<String, EndpointError> {
+    if endpoint(text)?.address().as_str().ends_with(":0") {
+        let problem = "nothing listens on port 0; use the port on which the other process listens";
+        return Err(EndpointError::Address { text: text.to_owned(), problem });
+    }
+    Ok(text.to_owned())
+}
+
 /// Longest name of a host (RFC 1035, section 2.3.4).
 const LONGEST_HOST: usize = 253;
 
 /// Checks an address of TCP: `HOST:PORT`, with an IPv6 address in brackets. Zenoh would retry forever what it
 /// cannot parse or resolve, without a word.
 fn host_and_port(address: &str) -> Result<(), &'static str> {
+    if address.contains([',', ';']) {
+        return Err("write each endpoint by itself");
+    }
     let (host, port) = address.rsplit_once(':').ok_or("it has no port")?;
     if let Some(bracketed) = host.strip_prefix('[') {
         let ip = bracketed.strip_suffix(']').ok_or("the bracket of its host is not closed")?;
@@ -182,7 +193,7 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
         return Err("an IPv6 address must be in brackets");
     } else if host.is_empty() || host.len() > LONGEST_HOST {
         return Err("its host must have 1 to 253 characters");
-    } else if !host.chars().all(|c| c.is_ascii_alphanumeric() || "._-".contains(c)) {
+    } else if !host.strip_suffix('.').unwrap_or(host).split('.').all(is_label) {
         return Err("its host is neither an address nor a name");
     } else if host.chars().all(|c| c.is_ascii_digit() || c == '.')
         && host.parse::<Ipv4Addr>().is_err()
@@ -192,6 +203,12 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
     let is_number = port.bytes().all(|byte| byte.is_ascii_digit());
     let port = port.parse::<u16>().ok().filter(|_| is_number);
     port.map(|_| ()).ok_or("its port must be a number from 0 to 65535")
+}
+
+/// A part of a name (RFC 952; underscores are common).
+fn is_label(label: &str) -> bool {
+    let has_ends = !label.is_empty() && !label.starts_with('-') && !label.ends_with('-');
+    has_ends && label.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c))
 }
 
 #[cfg(test)]
@@ -220,6 +237,9 @@ mod tests {
             ("tcp/127.0.0.1:7447 ", "its port must be a number from 0 to 65535"),
             ("tcp/ 127.0.0.1:7447", "its host is neither an address nor a name"),
             ("tcp/*:7447", "its host is neither an address nor a name"),
+            ("tcp/a..b:7447", "its host is neither an address nor a name"),
+            ("tcp/-a:7447", "its host is neither an address nor a name"),
+            ("tcp/a:7447,tcp/b:7447", "write each endpoint by itself"),
             ("tcp/300.0.0.1:7447", "its host is not an IPv4 address"),
             ("tcp/127.1:7447", "its host is not an IPv4 address"),
             ("tcp/:7447", "its host must have 1 to 253 characters"),
@@ -259,6 +279,9 @@ mod tests {
             let error = error.to_string();
             assert!(error.contains(flag) && error.contains(wrong), "{error}");
         }
+        let error = Program::try_parse_from(["p", "--connect", "tcp/a:0"]).unwrap_err().to_string();
+        assert!(error.contains("nothing listens on port 0"), "{error}");
+        Program::try_parse_from(["p", "--listen", "tcp/a.example.:0"]).unwrap();
         let read = Program::try_parse_from(["p", "--listen", "tcp/127.0.0.1:7447"]).unwrap();
         assert_eq!(read.network.listen, ["tcp/127.0.0.1:7447"]);
     }

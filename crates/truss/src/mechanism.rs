@@ -26,6 +26,17 @@ struct RigidMotion {
 
 /// What moves, and what would hold it. `motion` has a value for each degree of freedom of `dofs`.
 pub(crate) fn in_words(structure: &Structure, dofs: &[Dof], motion: &[f64]) -> String {
+    let is_held =
+        |direction: &&Direction| structure.nodes.iter().any(|node| node.support.holds(**direction));
+    let translations = Direction::ALL.iter().filter(|direction| !direction.is_rotation());
+    let free: Vec<&str> = translations
+        .filter(|direction| !is_held(direction))
+        .map(|direction| AXES[direction.index()])
+        .collect();
+    if structure.surroundings.is_empty() && !free.is_empty() {
+        let axes = free.join(" and ");
+        return format!("no support holds the structure in {axes}; add one");
+    }
     let mut moved = vec![Vector3::zeros(); structure.nodes.len()];
     for (dof, value) in dofs.iter().zip(motion) {
         if !dof.direction.is_rotation() {

@@ -330,6 +330,15 @@ fn the_two_forms_are_not_mixed() {
 }
 
 #[test]
+fn a_structure_that_nothing_holds_is_told_so() {
+    let floating = TRIPOD.replace(r#", fixed = ["x", "y", "z"]"#, r#", fixed = ["z"]"#);
+    let error = Mechanics::assemble(&Structure::from_toml(&floating).unwrap()).unwrap_err();
+    let expected =
+        "the structure is a mechanism: no support holds the structure in x and y; add one";
+    assert_eq!(error.to_string(), expected);
+}
+
+#[test]
 fn a_mechanism_names_the_node_and_the_direction_free_to_move() {
     let leaning = TRIPOD
         .replace(

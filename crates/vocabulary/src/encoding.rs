@@ -114,6 +114,8 @@ pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
         return Err(DecodeError::TooLong { bytes: bytes.len() });
     }
     let text = std::str::from_utf8(bytes).map_err(|_| DecodeError::NotText)?;
+    // RFC 8259, section 8.1: a mark of the byte order may be ignored.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     if let Some(message) = plainly_own(text) {
         return Ok(message);
     }
@@ -190,6 +192,11 @@ mod tests {
     #[test]
     fn bytes_that_are_no_text_are_called_that() {
         assert_eq!(refused(&[0xff, 0xfe]), DecodeError::NotText);
+    }
+
+    #[test]
+    fn a_byte_order_mark_does_not_matter() {
+        assert_eq!(refused("\u{feff}{}".as_bytes()), DecodeError::NoVersion);
     }
 
     #[test]

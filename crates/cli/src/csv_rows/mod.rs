@@ -442,10 +442,17 @@ fn bad_cell(channel: &CsvColumn, field: &[u8], wrong: Wrong) -> RowError {
             "{channel}: `{shown}` is not a number; {RIGHT}; if a comma comes before decimals, add \
              `--decimal ,`"
         ),
+        Wrong::Text if shown.split_whitespace().count() > 1 && is_numbers(&shown) => format!(
+            "{channel}: `{shown}` is not a number; {RIGHT}; if blanks separate columns, add `--delimiter ' '`"
+        ),
         Wrong::Text => format!(
             "{channel}: `{shown}` is not a number; {RIGHT}; if it stands for no value, add --missing {shown}"
         ),
     })
+}
+
+fn is_numbers(text: &str) -> bool {
+    text.split_whitespace().all(|word| word.parse::<f64>().is_ok())
 }
 
 fn is_missing(missing: &[(String, Option<f64>)], field: &[u8], number: Option<f64>) -> bool {
@@ -509,6 +516,11 @@ fn split(line: &[u8], delimiter: u8, fields: &mut ByteRecord) {
     if line.contains(&b'"') && split_quoted(line, delimiter, fields) {
         return;
     }
+    if delimiter == b' ' {
+        // Columns are filled up with blanks.
+        let fields_of = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
+        return fields_of.for_each(|field| fields.push_field(field));
+    }
     line.split(|&byte| byte == delimiter).for_each(|field| fields.push_field(field));
 }
 
@@ -538,6 +550,23 @@ mod tests {
             all.push(row.problem.map_or_else(|| Ok(values.collect()), Err));
         }
         all
+    }
+
+    #[test]
+    fn columns_of_blanks_are_read_as_said_and_the_flag_is_named_otherwise() {
+        let text = "t  x\n  0.0   1.5\n 1.0  -2.5 \n";
+        let flags = TableFlags { delimiter: Some(b' '), ..TableFlags::default() };
+        let input = Box::new(Cursor::new(text.as_bytes().to_vec()));
+        let mut rows = CsvRows::open(input, "t".into(), &flags, |_| Ok(None)).unwrap();
+        let mut all = Vec::new();
+        while let Some(row) = rows.next_row().unwrap() {
+            assert_eq!(row.problem, None);
+            all.push(row.values.to_vec());
+        }
+        assert_eq!(all.len(), 2);
+        assert_eq!(all.concat().last(), Some(&-2.5));
+        let Err(problem) = &self::rows("x\n0.5\n0.0  1.5\n")[1] else { panic!("it was read") };
+        assert!(problem.contains("add `--delimiter ' '`"), "{problem}");
     }
 
     #[test]

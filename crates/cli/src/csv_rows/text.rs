@@ -5,6 +5,8 @@ use std::io::{self, BufRead, BufReader, Cursor, Read};
 /// Longest line that is accepted, in bytes.
 const MAX_LINE: u64 = 16 << 20;
 const BUFFER: usize = 1 << 16;
+/// So many bytes at the beginning say the encoding.
+const LOOKED_AT: usize = 64;
 const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Lines of UTF-8, or of any encoding whose first half is ASCII: what is not UTF-8 is read as Latin-1.
@@ -17,10 +19,10 @@ pub(super) struct TextLines {
 impl TextLines {
     /// Looks at the beginning: a byte order mark says the encoding, the first line says what ends it.
     pub(super) fn open(mut input: Box<dyn Read>) -> io::Result<TextLines> {
-        let mut head = read_on(&mut *input, Vec::new(), |head| head.len() >= 3)?;
-        input = match utf16(&head) {
-            Some(big_endian) => {
-                let bytes = Cursor::new(head.split_off(2)).chain(input);
+        let mut head = read_on(&mut *input, Vec::new(), |head| head.len() >= 4)?;
+        input = match utf16(&head)? {
+            Some((mark, big_endian)) => {
+                let bytes = Cursor::new(head.split_off(mark)).chain(input);
                 head = Vec::new();
                 Box::new(Utf16 { input: bytes, big_endian, units: Units::default() })
             }
@@ -84,12 +86,28 @@ fn read_on(
     Ok(head)
 }
 
-/// Is it UTF-16, and big-endian?
-fn utf16(head: &[u8]) -> Option<bool> {
+/// How many bytes say that it is UTF-16, none if only its zero bytes do, and whether it is big-endian.
+///
+/// # Errors
+/// It is no text, or UTF-32.
+fn utf16(head: &[u8]) -> io::Result<Option<(usize, bool)>> {
+    let head = &head[..head.len().min(LOOKED_AT)];
+    let zeros = |from: usize| head.iter().skip(from).step_by(2).filter(|byte| **byte == 0).count();
+    let half = head.len() / 2;
     match head {
-        [0xff, 0xfe, ..] => Some(false),
-        [0xfe, 0xff, ..] => Some(true),
-        _ => None,
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => {
+            Err(io::Error::other("it is UTF-32; save it as UTF-8"))
+        }
+        [0xff, 0xfe, ..] => Ok(Some((2, false))),
+        [0xfe, 0xff, ..] => Ok(Some((2, true))),
+        _ => match (zeros(0), zeros(1)) {
+            (0, 0) => Ok(None),
+            (0, odd) if 2 * odd > half => Ok(Some((0, false))),
+            (even, 0) if 2 * even > half => Ok(Some((0, true))),
+            _ => Err(io::Error::other(
+                "it begins with zero bytes between others, so it is not a table of text; save it as CSV in UTF-8",
+            )),
+        },
     }
 }
 
@@ -169,6 +187,8 @@ mod tests {
         for bytes in [
             text.as_bytes().to_vec(),
             [UTF8_MARK, text.as_bytes()].concat(),
+            little.clone(),
+            big.clone(),
             [&[0xff, 0xfe], &little[..]].concat(),
             [&[0xfe, 0xff], &big[..]].concat(),
             text.replace('\n', "\r").into_bytes(),
@@ -179,5 +199,15 @@ mod tests {
         }
         assert!(lines(Vec::new()).is_empty());
         assert_eq!(lines(b"x\r".to_vec()), ["x"]);
+        let wide = text.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
+        for (bytes, problem) in [
+            (vec![0; 1000], "zero bytes"),
+            (wide, "zero bytes"),
+            (b"\xff\xfe\0\0x\0\0\0".to_vec(), "UTF-32"),
+        ] {
+            let opened = TextLines::open(Box::new(Cursor::new(bytes)));
+            let error = opened.err().unwrap().to_string();
+            assert!(error.contains(problem) && error.contains("UTF-8"), "{error}");
+        }
     }
 }

@@ -58,6 +58,7 @@ impl ExactReplay {
             process.notes.iter().map(|note| format!("{}: {note}", started(module, process)))
         });
         problems.extend(notes);
+        problems.extend(self.replayed().flat_map(|(module, process)| lacking(module, process)));
         if problems.is_empty() {
             return Ok(());
         }
@@ -190,6 +191,12 @@ fn shortfalls(exact: &ExactReplay) -> Vec<String> {
     all
 }
 
+/// How much a process decided and the recording lacks, although it has later verdicts.
+fn lacking(module: &ReplayedModule, process: &ReplayedProcess) -> Option<String> {
+    let (name, verdicts) = (started(module, process), process.verdicts_not_recorded);
+    (verdicts > 0).then(|| format!("{name}: {verdicts} verdicts are not in the recording"))
+}
+
 /// What should be known besides.
 fn notes(exact: &ExactReplay) -> Vec<String> {
     let mut notes = shortfalls(exact);
@@ -203,10 +210,7 @@ fn notes(exact: &ExactReplay) -> Vec<String> {
         if let Some(software) = process.software.as_ref().filter(|software| *software != own) {
             notes.push(format!("{name}: it ran version {software}, this is version {own}"));
         }
-        let unrecorded = process.verdicts_not_recorded;
-        if unrecorded > 0 {
-            notes.push(format!("{name}: {unrecorded} verdicts are not in the recording"));
-        }
+        notes.extend(lacking(module, process));
         let beyond = process.verdicts_after_recorded;
         if beyond > 0 {
             notes.push(format!("{name}: {beyond} verdicts come after the last one recorded"));

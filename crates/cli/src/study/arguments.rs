@@ -79,7 +79,7 @@ pub(super) struct SystemArguments {
     #[arg(long, value_enum, default_value = "default")]
     pub(super) preset: PresetName,
     /// Weather of the shipped plant [default: alike on commissioned plants, none otherwise, each in `limits`]
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,…")]
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "NAME,...")]
     pub(super) weather: Vec<Weather>,
     /// Another plant than the shipped one, with its own weather
     #[arg(long, value_name = "PLANT.toml", conflicts_with = "weather")]
@@ -99,7 +99,7 @@ pub(super) struct SystemArguments {
         long,
         value_delimiter = ',',
         default_value = "shipped",
-        value_name = "NAME,…",
+        value_name = "NAME,...",
         value_parser = named(ControllerTuning::ALL, ControllerTuning::as_str)
     )]
     pub(super) controllers: Vec<ControllerTuning>,

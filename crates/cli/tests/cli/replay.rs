@@ -113,6 +113,16 @@ fn the_exit_code_reports_what_was_not_compared() {
 }
 
 #[test]
+fn a_verdict_that_the_recording_lacks_was_not_compared() {
+    let (_directory, files) = recording(|messages| {
+        let is_verdict = |m: &Published| m.topic.contains("/fault/") && m.step > 5000;
+        let first = messages.iter().position(is_verdict).unwrap();
+        messages.remove(first);
+    });
+    replay(&files, &["--verify"]).fails(6, &["verdicts are not in the recording"]);
+}
+
+#[test]
 fn of_two_configurations_a_changed_one_is_noticed() {
     let (_directory, files) = recording(|messages| {
         let mut changed = messages[0].clone();

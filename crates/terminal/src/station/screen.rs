@@ -1,6 +1,7 @@
 //! Takes over the terminal, and restores it however the process ends: by a key, a signal, an error or a panic.
 
 use std::io::{self, Stdout, Write, stdout};
+use std::mem::ManuallyDrop;
 use std::panic;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,7 +23,8 @@ static HOOK: Once = Once::new();
 
 /// The terminal while the view controls it.
 pub(super) struct Screen {
-    terminal: Terminal<CrosstermBackend<Stdout>>,
+    /// Not dropped: it would only show the cursor, as this does, and panic if standard error is gone with the terminal.
+    terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
 }
 
 /// Whether any thread or task panicked, upon which the terminal was restored.
@@ -46,7 +48,7 @@ impl Screen {
         });
         enter().inspect_err(|_| leave())?;
         match Terminal::new(CrosstermBackend::new(stdout())) {
-            Ok(terminal) => Ok(Self { terminal }),
+            Ok(terminal) => Ok(Self { terminal: ManuallyDrop::new(terminal) }),
             Err(error) => {
                 leave();
                 Err(error)
