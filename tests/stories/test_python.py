@@ -12,7 +12,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from conftest import ROOT, trusswatch
+from conftest import ROOT, documented, trusswatch
 
 CRATE = ROOT / "crates/python"
 TARGET = ROOT / "target/python"
@@ -463,6 +463,13 @@ def test_a_channel_sample_costs_little_more_than_in_rust_and_less_than_adwin(tw,
     print(f"a channel-sample: Rust {in_rust:.0f} ns, package {in_python:.0f} ns, ADWIN {adwin:.0f} ns")
     assert in_python <= 1.5 * in_rust
     assert in_python < adwin
+
+
+def test_recipe_of_the_readme_runs_as_printed(site):
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    command = [sys.executable, "-c", documented("python")]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=BUILD_S)
+    assert (done.returncode, done.stdout) == (0, "{'temp721'}\n"), done.stderr
 
 
 def test_notebook_runs_as_printed(tw, site, monkeypatch):

@@ -9,10 +9,11 @@ use clap::error::ErrorKind;
 use crate::command_line::CommandLine;
 
 /// Folders with documents, from the workspace's root.
-const FOLDERS: [&str; 12] = [
+const FOLDERS: [&str; 13] = [
     ".",
     "configs",
     "crates",
+    "crates/cli/walkthrough",
     "crates/diagnosis",
     "crates/pki",
     "crates/study",
@@ -34,6 +35,7 @@ fn documents() -> Vec<PathBuf> {
 /// Commands typed in full, from fenced blocks, and those named in running text, with placeholders.
 fn commands(text: &str) -> (Vec<String>, Vec<String>) {
     let (mut typed, mut named) = (Vec::new(), Vec::new());
+    let text = text.replace("\\\n", " ");
     for (number, part) in text.split("\n```").enumerate() {
         if number % 2 == 1 {
             let lines = part.lines().skip(1).filter(|_| part.starts_with("sh\n"));

@@ -477,7 +477,7 @@ impl ModuleSetup {
         };
         problems.extend(learned.channels.iter().filter_map(name_problem));
         let step_s = self.step_s;
-        if !(step_s > 0.0 && step_s <= learned.window_s) {
+        if learned.check_step(step_s).is_err() {
             let expected = format!("seconds above 0, at most the window, {}", learned.window_s);
             problems.push(SetupError::Figure {
                 name: "step_s",

@@ -188,6 +188,70 @@ fn faults_in_healthy_recordings_are_left_out_and_told() {
     assert_eq!(named(&verdicts, ChannelState::Faulty), [3], "{verdicts:?}");
 }
 
+/// A tenth of the recording may be left out, and so long a fault makes the residual of its channel wide everywhere.
+#[test]
+fn a_fault_of_a_twelfth_of_a_healthy_recording_is_left_out() {
+    let clean = learnt(&healthy()).module;
+    for fault in [|x: f64| x + 60.0, |_| -900.0] {
+        let mut recordings = healthy();
+        let faulty = 3000..3600;
+        recordings[2].channels[3][faulty.clone()].iter_mut().for_each(|x| *x = fault(*x));
+        let found = learnt(&recordings);
+        let [interval] = &found.cleaned[..] else { panic!("{:?}", found.cleaned) };
+        assert_eq!((interval.recording.as_str(), interval.channel.as_str()), ("run3", "s4"));
+        let (first, last) = interval.samples;
+        assert!(first <= faulty.start && last + 1 >= faulty.end, "{interval:?}");
+        let found_from = found.module.channels[3].smallest_found;
+        assert!(found_from < 1.1 * clean.channels[3].smallest_found, "{found_from}");
+    }
+}
+
+/// The structure is unloaded most of the time: loads that are rare are no faults.
+#[test]
+fn loads_that_are_rare_are_learnt() {
+    let recordings: Vec<HealthyRecording> = (1..=3)
+        .map(|seed| {
+            let mut generator = ChaCha8Rng::seed_from_u64(seed);
+            let mut channels = vec![Vec::new(); CHANNELS];
+            for second in 0..3600 {
+                // A vehicle of 12 s every 200 s, each of another weight.
+                let weight = 20.0 + f64::from((second / 200 * 37 + seed as u32 * 11) % 80);
+                let along = std::f64::consts::PI * f64::from(second % 200) / 12.0;
+                let load = if second % 200 < 12 { weight * along.sin() } else { 0.0 };
+                for (k, channel) in channels.iter_mut().enumerate() {
+                    let noise: f64 = StandardNormal.sample(&mut generator);
+                    let share = [1.0, -0.6, 0.4, 2.0, 1.5, -1.0, 0.8, 1.0, 0.5][k];
+                    channel.push(share * (load + 1e-3 * load * load) + 0.1 * noise);
+                }
+            }
+            HealthyRecording { name: format!("day{seed}"), step_s: 1.0, channels }
+        })
+        .collect();
+    assert_eq!(learnt(&recordings).cleaned, []);
+}
+
+/// Readings of ten minutes, as a building's or a turbine's data acquisition keeps them.
+#[test]
+fn samples_farther_apart_than_a_window_are_windows() {
+    let at = |step_s: f64, window_s: f64, alarms_per_hour: f64| {
+        let slow = |one: HealthyRecording| HealthyRecording { step_s, ..one };
+        let recordings: Vec<HealthyRecording> = healthy().into_iter().map(slow).collect();
+        let settings = LearningSettings { window_s, alarms_per_hour };
+        learn(&recordings, &names(), SENSORS, settings).unwrap().module
+    };
+    let slow = at(600.0, 1.0, 0.01);
+    assert_eq!(slow.window_s, 600.0);
+    let samples = 4 * 24 * MINUTE;
+    assert!((slow.hours / (samples as f64 / 6.0) - 1.0).abs() < 0.01, "{}", slow.hours);
+    // False alarms are counted in hours, however long a window: ten times shorter ones ten times as often.
+    let (rare, as_rare) = (at(600.0, 600.0, 1e-8), at(60.0, 60.0, 1e-7));
+    assert!(rare.reference_threshold > 5.0, "{}", rare.reference_threshold);
+    assert!((rare.reference_threshold / as_rare.reference_threshold - 1.0).abs() < 1e-12);
+    assert_eq!(slow.check_step(600.1), Ok(()));
+    let error = slow.check_step(3600.0).unwrap_err();
+    assert!(error.starts_with("samples are 3600 s apart, but the module compares"), "{error}");
+}
+
 #[test]
 fn what_cannot_be_learnt_is_refused_with_its_name() {
     let refused = |change: &dyn Fn(&mut HealthyRecording)| {

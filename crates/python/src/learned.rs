@@ -88,7 +88,9 @@ impl Learned {
     /// rate : float
     ///     Samples per second [Hz].
     fn judge(&self, rate: f64) -> PyResult<Judge> {
-        let judge = LearnedJudge::new(self.module.clone(), step_s(rate)?);
+        let step_s = step_s(rate)?;
+        self.module.check_step(step_s).map_err(value_error)?;
+        let judge = LearnedJudge::new(self.module.clone(), step_s);
         let names = self.module.channels.iter().map(|channel| channel.name.clone()).collect();
         Ok(Judge { judge: Some(judge), names, window_s: self.module.window_s, steps: 0 })
     }
@@ -238,7 +240,8 @@ fn ended() -> PyErr {
 /// rate : float
 ///     Samples per second [Hz].
 /// window_s : float
-///     Seconds of which medians are compared; shorter than a tenth of the period of the fastest load that matters.
+///     Seconds of which medians are compared; shorter than a tenth of the period of the fastest load that matters. At
+///     least a row.
 ///
 /// Returns
 /// -------

@@ -57,13 +57,15 @@ pub(super) struct Clock {
 }
 
 /// A step, or a time in any unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Moment {
     value: f64,
     /// A time of day, which begins anew at midnight.
     of_day: bool,
     /// In seconds, whatever the unit of numbers.
     is_date: bool,
+    /// The cell says its time zone; the value is in UTC.
+    is_utc: bool,
 }
 
 impl Clock {
@@ -85,6 +87,27 @@ impl Clock {
         Some((last.value - first.value) * unit_s).filter(|_| !self.is_step)
     }
 
+    /// When a row is that follows so many steps after the first, in words; `None` if no column tells it.
+    pub(super) fn at(&self, steps: u64, step_s: f64) -> Option<String> {
+        let first = self.first.filter(|_| !self.is_step)?;
+        let unit_s = if first.is_date { 1.0 } else { self.unit_s };
+        // A step that follows from many times is not exact.
+        let seconds = (1e3 * (first.value * unit_s + steps as f64 * step_s)).round() / 1e3;
+        if !first.is_date {
+            return Some(format!("{seconds} s"));
+        }
+        let (day, of_day) = ((seconds / DAY_S).floor(), seconds.rem_euclid(DAY_S));
+        let (minutes, rest) = ((of_day / 60.0).floor(), of_day % 60.0);
+        let mut text = format!("{:02}:{:02}", (minutes / 60.0).floor(), minutes % 60.0);
+        if step_s < 60.0 || rest >= 1.0 {
+            text += &format!(":{:02}", rest.floor());
+        }
+        if !first.of_day {
+            text = format!("{} {text}", date_of(day));
+        }
+        Some(if first.is_utc { text + " UTC" } else { text })
+    }
+
     /// Rows missing before this one, whose cell this is; of the first row, its step.
     pub(super) fn take(
         &mut self,
@@ -93,7 +116,7 @@ impl Clock {
     ) -> Result<u64, ClockError> {
         if self.is_step {
             let step = whole_step(cell, mark).map_err(ClockError::Cell)?;
-            return match self.last.replace(Moment { value: step, of_day: false, is_date: false }) {
+            return match self.last.replace(Moment { value: step, ..Moment::default() }) {
                 Some(last) if step <= last.value => Err(ClockError::Order(format!(
                     "step {step} after step {}; give each step once, rising",
                     last.value
@@ -186,7 +209,7 @@ pub(super) fn is_date(text: &str) -> bool {
 
 fn moment(text: &str, mark: &mut Option<DecimalMark>) -> Option<Moment> {
     match number(text.as_bytes(), mark) {
-        Ok(value) if value.is_finite() => Some(Moment { value, of_day: false, is_date: false }),
+        Ok(value) if value.is_finite() => Some(Moment { value, ..Moment::default() }),
         Ok(_) | Err(_) => date(text),
     }
 }
@@ -201,15 +224,17 @@ fn date(text: &str) -> Option<Moment> {
         None => {
             return days(text)?.map(|days| Moment {
                 value: days * DAY_S,
-                of_day: false,
                 is_date: true,
+                ..Moment::default()
             });
         }
     };
+    let is_utc = rest.ends_with(['Z', 'z']);
     let rest = rest.trim_end_matches(['Z', 'z']);
     let end = rest.find(|c: char| !c.is_ascii_digit() && !":.,".contains(c)).unwrap_or(rest.len());
     let (clock, after) = rest.split_at(end);
     let mut seconds = hours(clock)?;
+    let mut is_offset = false;
     match after.trim() {
         "" => {}
         half if half.eq_ignore_ascii_case("am") || half.eq_ignore_ascii_case("pm") => {
@@ -220,10 +245,11 @@ fn date(text: &str) -> Option<Moment> {
             let east = offset.strip_prefix('+').map(hours);
             let west = offset.strip_prefix('-').map(|west| hours(west).map(|west| -west));
             seconds -= east.or(west)??;
+            is_offset = true;
         }
     }
     let value = day.map_or(seconds, |days| days * DAY_S + seconds);
-    Some(Moment { value, of_day: day.is_none(), is_date: true })
+    Some(Moment { value, of_day: day.is_none(), is_date: true, is_utc: is_utc || is_offset })
 }
 
 /// `hh:mm` or `hh:mm:ss.fff` in seconds.
@@ -260,6 +286,19 @@ fn days(text: &str) -> Option<Option<f64>> {
         '/' | '-' if right(a, 31) && right(b, 31) && right(c, 9999) => Some(None),
         _ => None,
     }
+}
+
+/// The date of a day as [`days`] counts them.
+fn date_of(day: f64) -> String {
+    let day = day as i64 - 1;
+    let (era, day) = (day.div_euclid(146_097), day.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    // March is the first month.
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
+    format!("{:04}-{month:02}-{day:02}", year + 400 * era + next)
 }
 
 /// Reads a step, which is a whole number.
@@ -323,6 +362,27 @@ mod tests {
         // A coarse clock shows several rows the same time.
         let coarse = ["1", "1", "1", "2", "2", "2", "3", "3", "3"];
         assert!(missing("t", &coarse).iter().all(|missing| *missing == Ok(0)));
+    }
+
+    #[test]
+    fn a_row_s_time_is_told_as_its_column_tells_it() {
+        let at = |name: &str, cell: &str, steps: u64, step_s: f64| {
+            let mut clock = Clock::of_column(0, name);
+            clock.take(cell.as_bytes(), &mut None).unwrap();
+            clock.at(steps, step_s)
+        };
+        let told = |text: &str| Some(text.to_owned());
+        assert_eq!(at("time", "2014-06-06 00:00", 393, 600.0), told("2014-06-08 17:30"));
+        assert_eq!(at("time", "2024-02-28 23:59:58.5", 3, 0.5), told("2024-02-29 00:00:00"));
+        assert_eq!(at("time", "31.12.1999 23:50", 1, 600.0), told("2000-01-01 00:00"));
+        assert_eq!(at("t", "2024-10-27T02:59:59+02:00", 1, 1.0), told("2024-10-27 01:00:00 UTC"));
+        assert_eq!(at("t", "23:59:59", 2, 1.0), told("00:00:01"));
+        assert_eq!(at("t [ms]", "1500", 3, 0.25), told("2.25 s"));
+        assert_eq!(at(STEP, "17", 3, 0.25), None);
+        for day in 0..100_000 {
+            let date = date_of(f64::from(day));
+            assert_eq!(days(&date), Some(Some(f64::from(day))), "{date}");
+        }
     }
 
     #[test]

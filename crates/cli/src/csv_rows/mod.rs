@@ -64,6 +64,19 @@ struct Suspect {
     times: u64,
 }
 
+/// When the rows of a table are.
+pub(crate) struct RowTimes {
+    clock: Clock,
+    step_s: f64,
+}
+
+impl RowTimes {
+    /// When two rows are; they are counted from 0, with the missing ones.
+    pub(crate) fn span(&self, (first, last): (u64, u64)) -> Option<(String, String)> {
+        self.clock.at(first, self.step_s).zip(self.clock.at(last, self.step_s))
+    }
+}
+
 /// The rows of a table.
 pub(crate) struct CsvRows {
     input: TextLines,
@@ -213,6 +226,11 @@ impl CsvRows {
     pub(crate) fn step_s(&self) -> Option<f64> {
         let steps = self.next_step.checked_sub(1).filter(|steps| *steps > 0)?;
         Some(self.clock.passed_s()? / steps as f64).filter(|step_s| *step_s > 0.0)
+    }
+
+    /// When rows are, as far as a column tells the times by now.
+    pub(crate) fn times(&self) -> Option<RowTimes> {
+        Some(RowTimes { clock: self.clock.clone(), step_s: self.step_s()? })
     }
 
     /// Must the next row be waited for?

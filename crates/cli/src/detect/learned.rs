@@ -89,12 +89,14 @@ fn judge(
         }
         if judge.is_none() && (ended || arguments.rate.is_some() || waiting.len() > ROWS_FOR_RATE) {
             let step_s = learn::step_s(&rows, arguments.rate)?;
+            let complain = |problem: String| Failure::input(format!("{}: {problem}", rows.name()));
+            module.check_step(step_s).map_err(complain)?;
             judge = Some(LearnedJudge::new(module.clone(), step_s));
         }
         if let Some(judge) = &mut judge {
             for sample in waiting.drain(..) {
                 let verdicts = judge.take(&sample);
-                verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+                verdicts.iter().try_for_each(|verdict| report.verdict(verdict, &rows))?;
                 if let Some((picture, _)) = &mut picture {
                     picture.take(&sample, judge);
                     verdicts.iter().for_each(|verdict| picture.shade(verdict));
@@ -114,7 +116,7 @@ fn judge(
         )));
     };
     let (verdicts, summary) = judge.finish();
-    verdicts.iter().try_for_each(|verdict| report.verdict(verdict))?;
+    verdicts.iter().try_for_each(|verdict| report.verdict(verdict, &rows))?;
     if let Some((picture, file)) = &mut picture {
         verdicts.iter().for_each(|verdict| picture.shade(verdict));
         picture.write(file, rows.name(), report.names)?;
@@ -129,17 +131,26 @@ struct LearnedReport<'a, W> {
 }
 
 impl<W: Write> LearnedReport<'_, W> {
-    fn verdict(&mut self, verdict: &ChannelVerdict) -> Result<(), Failure> {
+    fn verdict(&mut self, verdict: &ChannelVerdict, rows: &CsvRows) -> Result<(), Failure> {
         let ChannelVerdict { channel, state, first, last, lasts, reason, fault } = verdict;
+        let times = rows.times().and_then(|times| times.span((*first, *last)));
         if self.json {
-            let document = verdict.document(self.names);
+            let mut document = verdict.document(self.names);
+            if let Some((first, last)) = times {
+                document["first_time"] = first.into();
+                document["last_time"] = last.into();
+            }
             write!(self.out, "{}", output::line(&json!({ "verdict": document }))?)?;
         } else {
-            let end = if *lasts { " (the end)" } else { "" };
+            let end = if *lasts { ", the end" } else { "" };
             let what = fault.map_or_else(String::new, |fault| format!(": {}", fault_words(&fault)));
             let who = channel.map_or("all others", |channel| self.names[channel].as_str());
             let state = state.as_str().replace('_', " ");
-            writeln!(self.out, "{who}: {state}, rows {first} to {last}{end}{what}; {reason}")?;
+            let times = times.map_or_else(String::new, |(from, to)| format!(" ({from} to {to})"));
+            writeln!(
+                self.out,
+                "{who}: {state}, rows {first} to {last}{times}{end}{what}; {reason}"
+            )?;
         }
         Ok(self.out.flush()?)
     }

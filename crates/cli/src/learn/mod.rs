@@ -7,7 +7,7 @@ use diagnosis::state::learned::{
 };
 use vocabulary::Signal;
 
-use crate::csv_rows::{CsvRows, TableFlags};
+use crate::csv_rows::{CsvRows, RowTimes, TableFlags};
 use crate::export::{RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 use crate::output;
@@ -43,7 +43,8 @@ pub(crate) struct Arguments {
     /// File to write
     #[arg(long, value_name = "MODULE.toml")]
     out: PathBuf,
-    /// Seconds of which medians are compared; shorter than a tenth of the period of the fastest load that matters
+    /// Seconds of which medians are compared, at least a row; shorter than a tenth of the period of the fastest load that
+    /// matters
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = seconds)]
     window: f64,
     /// Rows per second, if no column of times tells it
@@ -60,8 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let names: Vec<String> =
         arguments.sensors.iter().chain(&arguments.inputs).map(|n| n.trim().to_owned()).collect();
     let read = |file: &PathBuf| read(file, &names, &arguments.table, arguments.rate);
-    let recordings: Vec<HealthyRecording> =
-        arguments.files.iter().map(read).collect::<Result<_, _>>()?;
+    let (recordings, times): (Vec<HealthyRecording>, Vec<Option<RowTimes>>) =
+        arguments.files.iter().map(read).collect::<Result<Vec<_>, _>>()?.into_iter().unzip();
     let settings = LearningSettings { window_s: arguments.window, ..LearningSettings::default() };
     let learnt = learn(&recordings, &names, arguments.sensors.len(), settings)
         .map_err(|error| Failure::input(error.to_string()))?;
@@ -72,16 +73,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.json {
         return output::print(&output::text(&learnt.document())?);
     }
-    output::print(&report(&learnt, &arguments.out))
+    output::print(&report(&learnt, &times, &arguments.out))
 }
 
-/// Reads a recording whole, its missing rows as missing samples.
+/// Reads a recording whole, its missing rows as missing samples, and when its rows are.
 fn read(
     file: &Path,
     names: &[String],
     flags: &TableFlags,
     rate: Option<f64>,
-) -> Result<HealthyRecording, Failure> {
+) -> Result<(HealthyRecording, Option<RowTimes>), Failure> {
     let (mut rows, name) = open(file, names, flags)?;
     let mut channels = vec![Vec::new(); names.len()];
     let mut first = None;
@@ -101,7 +102,7 @@ fn read(
     }
     rows.print_remarks();
     let step_s = step_s(&rows, rate)?;
-    Ok(HealthyRecording { name, step_s, channels })
+    Ok((HealthyRecording { name, step_s, channels }, rows.times()))
 }
 
 /// Missing rows are kept as missing samples, so that a step or time that cannot be right must not ask for too many.
@@ -152,7 +153,7 @@ pub(crate) fn step_s(rows: &CsvRows, rate: Option<f64>) -> Result<f64, Failure> 
     })
 }
 
-fn report(learnt: &Learnt, out: &Path) -> String {
+fn report(learnt: &Learnt, times: &[Option<RowTimes>], out: &Path) -> String {
     let module = &learnt.module;
     let mut rows =
         table(&["channel", "", "lowest", "highest", "explained", "found from", "of its range"]);
@@ -185,8 +186,13 @@ fn report(learnt: &Learnt, out: &Path) -> String {
         text += "few recordings: loads and zeros of other days are unknown; learn from at least three\n";
     }
     for CleanedInterval { recording, channel, samples: (first, last) } in &learnt.cleaned {
-        text +=
-            &format!("{recording}: rows {first} to {last} left out: `{channel}` looks faulty\n");
+        let place = module.recordings.iter().position(|name| name == recording);
+        let times = place.and_then(|place| times[place].as_ref());
+        let span = times.and_then(|times| times.span((*first as u64, *last as u64)));
+        let span = span.map_or_else(String::new, |(from, to)| format!(" ({from} to {to})"));
+        text += &format!(
+            "{recording}: rows {first} to {last}{span} left out: `{channel}` looks faulty\n"
+        );
     }
     text + &format!(
         "written to {}; next: trusswatch detect FILE --config {}\n",

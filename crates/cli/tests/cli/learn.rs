@@ -89,7 +89,7 @@ fn from_tables_to_a_named_fault_in_two_commands() {
     }
     let line = outcome.stdout.lines().find(|line| line.starts_with("e3: faulty, rows ")).unwrap();
     assert!(
-        line.contains("to 3599 (the end): bias of 8.") || line.contains("bias of 7.9"),
+        line.contains(" to 719.8 s), the end: bias of 8.") || line.contains("bias of 7.9"),
         "{line}"
     );
     let outcome = run(&["detect", &today, "--config", &module, "--json"]);
@@ -102,6 +102,8 @@ fn from_tables_to_a_named_fault_in_two_commands() {
     let [verdict] = faulty[..] else { panic!("{lines:?}") };
     assert_eq!(verdict["component"], "e3");
     let first = verdict["first_index"].as_u64().unwrap();
+    assert_eq!(verdict["first_time"], format!("{} s", first as f64 / 5.0));
+    assert_eq!(verdict["last_time"], "719.8 s");
     assert!((1990..2015).contains(&first), "{verdict}");
     let components = &lines.last().unwrap()["summary"]["components"];
     assert_eq!(components["e3"]["state"], "faulty");
@@ -109,6 +111,37 @@ fn from_tables_to_a_named_fault_in_two_commands() {
     for healthy in ["e1", "e2", "e4", "Kraft"] {
         assert_eq!(components[healthy]["state"], "normal", "{components}");
     }
+}
+
+/// A row every ten minutes, as data acquisition of buildings and turbines keeps them.
+#[test]
+fn rows_farther_apart_than_a_second_are_windows() {
+    let directory = tempfile::tempdir().unwrap();
+    let slow = |name: &str, seed: u64, step_s: u64| {
+        let file = directory.path().join(name);
+        table(&file, seed, |_, _| {});
+        let text = std::fs::read_to_string(&file).unwrap();
+        let mut slow = "time [s];Kraft;e1;e2;e3;e4\n".to_owned();
+        for (row, line) in text.lines().skip(1).enumerate() {
+            let (_, cells) = line.split_once(';').unwrap();
+            writeln!(slow, "{};{cells}", row as u64 * step_s).unwrap();
+        }
+        std::fs::write(&file, slow).unwrap();
+        file.display().to_string()
+    };
+    let files = [slow("a.csv", 1, 600), slow("b.csv", 2, 600), slow("c.csv", 3, 600)];
+    let out = directory.path().join("slow.toml").display().to_string();
+    let mut learn = vec!["learn"];
+    learn.extend(files.iter().map(String::as_str));
+    learn.extend(["--inputs", "Kraft", "--sensors", "e1,e2,e3,e4", "--out", &out]);
+    let outcome = run(&learn);
+    outcome.succeeds();
+    let said = "learnt from 3 recordings, 1800.00 h, in windows of 600 s";
+    assert!(outcome.stdout.contains(said), "{}", outcome.stdout);
+    run(&["detect", &slow("d.csv", 4, 600), "--config", &out]).succeeds();
+    let hourly = slow("e.csv", 4, 3600);
+    let said = "e.csv: samples are 3600 s apart, but the module compares medians of 600 s";
+    run(&["detect", &hourly, "--config", &out]).fails(3, &[said]);
 }
 
 #[test]

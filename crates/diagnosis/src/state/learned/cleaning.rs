@@ -1,17 +1,25 @@
 //! Takes faults out of healthy recordings: a fault that is learnt is not found again.
 //!
 //! Each recording is judged by itself: the residual of each channel given all others, by a Gaussian of the windows that
-//! are kept, in units of its median absolute deviation.
+//! are kept, from its median and in units of its median absolute deviation. What departs is dropped, and the Gaussian
+//! fitted again.
+//!
+//! A fault that lasts long hides itself: in a Gaussian of all windows it is one more cause of scatter, and the residual
+//! of its channel is wide in healthy windows too. Then the Gaussian is begun with the three quarters of the windows that
+//! are nearest to it (Rousseeuw and van Driessen, *A fast algorithm for the minimum covariance determinant estimator*,
+//! 1999). Only then, because such a core may lack the loads that are rare, and takes them for faults.
 
-use super::super::gaussian::Gaussian;
+use super::super::gaussian::{Gaussian, Inverses};
 use super::window::median;
 
 /// Residual beyond which a window is dropped, in median absolute deviations.
 const LIMIT: f64 = 20.0;
-/// The same for the first choice, by the running median of each channel.
-const FIRST_LIMIT: f64 = 30.0;
-/// Windows around one for its running median \[s\].
-const RUNNING_S: f64 = 120.0;
+/// Share of the windows that make the core.
+const CORE: f64 = 0.75;
+/// So many times narrower is a channel's residual in the Gaussian from the core if a fault hides in that of all.
+const HIDES: f64 = 2.5;
+/// A residual below this share of its channel's scatter is the resolution of the readings.
+const RESOLUTION: f64 = 1e-3;
 /// Windows dropped on either side of one that is.
 const MARGIN: usize = 10;
 /// Share of a recording that may be dropped.
@@ -20,7 +28,8 @@ pub(super) const MOST_DROPPED: f64 = 0.1;
 const ROUNDS: usize = 20;
 /// Taken off each correlation, so that channels that repeat each other can be inverted.
 const SHRINKAGE: f64 = 1e-4;
-/// The least scale of a residual, as a share of its standard deviation: most of a coarsely quantised one are zero.
+/// The least scale of a residual, as a share of the standard deviation of those that may not be faults: most of a
+/// coarsely quantised one are zero.
 const LEAST_SCALE: f64 = 0.25;
 
 /// Windows of a healthy recording that were not learnt from.
@@ -34,74 +43,134 @@ pub struct CleanedInterval {
     pub samples: (usize, usize),
 }
 
+/// What a Gaussian, fitted again and again, makes of the windows.
+struct Refit {
+    /// The channel that departs most, in each window that is dropped.
+    dropped: Vec<Option<usize>>,
+    /// Scale of each channel's residual in all windows.
+    scales: Vec<f64>,
+}
+
 /// Which windows are kept, with the channel that departs most in each of the others. `windows` are complete or not; the
 /// incomplete ones are kept, for they are no evidence.
-pub(super) fn suspects(windows: &[Vec<f64>], window_s: f64) -> Vec<Option<usize>> {
+pub(super) fn suspects(windows: &[Vec<f64>]) -> Vec<Option<usize>> {
     let complete: Vec<bool> = windows.iter().map(|w| w.iter().all(|x| x.is_finite())).collect();
-    let mut dropped = outliers_of_running_median(windows, (RUNNING_S / window_s) as usize);
-    for _ in 0..ROUNDS {
-        let kept: Vec<Vec<f64>> = (0..windows.len())
-            .filter(|k| complete[*k] && dropped[*k].is_none())
-            .map(|k| windows[k].clone())
-            .collect();
-        let Some(found) = judge(&kept, windows, &complete) else { break };
-        if found == dropped {
-            break;
-        }
-        dropped = found;
-    }
+    let Some(of_all) = refit(windows, &complete, complete.clone()) else {
+        return vec![None; windows.len()];
+    };
+    let dropped = hidden(windows, &complete, &of_all).unwrap_or(of_all.dropped);
     with_margin(&dropped)
 }
 
-fn outliers_of_running_median(windows: &[Vec<f64>], around: usize) -> Vec<Option<usize>> {
-    let channels = windows.first().map_or(0, Vec::len);
-    let mut dropped = vec![None; windows.len()];
-    for channel in 0..channels {
-        let series: Vec<f64> = windows.iter().map(|window| window[channel]).collect();
-        let off = |k: usize| {
-            let from = k.saturating_sub(around / 2);
-            let to = (k + around / 2 + 1).min(series.len());
-            (series[k] - median(&mut series[from..to].to_vec())).abs()
-        };
-        let offs: Vec<f64> = (0..series.len()).map(off).collect();
-        let scale = scale(&offs);
-        for (k, off) in offs.iter().enumerate() {
-            if *off > FIRST_LIMIT * scale {
-                dropped[k].get_or_insert(channel);
-            }
-        }
+/// What is dropped if the windows begin with their core, and faults of some channels had been hidden; only these are taken
+/// from there.
+fn hidden(windows: &[Vec<f64>], complete: &[bool], of_all: &Refit) -> Option<Vec<Option<usize>>> {
+    let of_core = refit(windows, complete, core(windows, complete)?)?;
+    let rows = chosen(windows, complete);
+    let hides = |channel: usize| {
+        let (_, scatter) = robust(&rows.iter().map(|row| row[channel]).collect::<Vec<_>>());
+        of_all.scales[channel] > HIDES * of_core.scales[channel].max(RESOLUTION * scatter)
+    };
+    let hides: Vec<bool> = (0..of_all.scales.len()).map(hides).collect();
+    if !hides.contains(&true) {
+        return None;
     }
-    dropped
+    let is_kept =
+        |k: usize| complete[k] && !of_core.dropped[k].is_some_and(|channel| hides[channel]);
+    let kept = (0..windows.len()).map(is_kept).collect();
+    Some(refit(windows, complete, kept)?.dropped)
 }
 
-/// A robust scale of residuals' absolute values.
-fn scale(absolute: &[f64]) -> f64 {
-    let finite: Vec<f64> = absolute.iter().copied().filter(|x| x.is_finite()).collect();
-    let deviation = (finite.iter().map(|x| x * x).sum::<f64>() / finite.len().max(1) as f64).sqrt();
-    median(&mut finite.clone()).max(LEAST_SCALE * deviation).max(f64::MIN_POSITIVE)
+fn chosen(windows: &[Vec<f64>], which: &[bool]) -> Vec<Vec<f64>> {
+    windows.iter().zip(which).filter(|(_, chosen)| **chosen).map(|(w, _)| w.clone()).collect()
 }
 
-fn judge(kept: &[Vec<f64>], windows: &[Vec<f64>], complete: &[bool]) -> Option<Vec<Option<usize>>> {
-    let channels = kept.first()?.len();
-    let mut gaussian = Gaussian::of_rows(kept, &vec![f64::MIN_POSITIVE.sqrt(); channels]);
+fn gaussian(rows: &[Vec<f64>]) -> Option<Gaussian> {
+    let channels = rows.first()?.len();
+    let mut gaussian = Gaussian::of_rows(rows, &vec![f64::MIN_POSITIVE.sqrt(); channels]);
     gaussian.correlations.iter_mut().flatten().for_each(|r| *r *= 1.0 - SHRINKAGE);
-    let places: Vec<usize> = (0..channels).collect();
+    Some(gaussian)
+}
+
+/// The windows that are nearest to their own Gaussian.
+fn core(windows: &[Vec<f64>], complete: &[bool]) -> Option<Vec<bool>> {
+    let all = complete.iter().filter(|complete| **complete).count();
+    let count = (CORE * all as f64).ceil() as usize;
+    let mut kept = complete.to_vec();
+    for _ in 0..ROUNDS {
+        let fitted = gaussian(&chosen(windows, &kept))?;
+        let mut inverses = Inverses::default();
+        let mut distance = |k: usize| match complete[k] {
+            true => Some(fitted.compare_with(&windows[k], &mut inverses)?.distance()),
+            false => Some(f64::INFINITY),
+        };
+        let distances: Vec<f64> = (0..windows.len()).map(&mut distance).collect::<Option<_>>()?;
+        let mut sorted = distances.clone();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let farthest = *sorted.get(count.checked_sub(1)?)?;
+        let next: Vec<bool> = distances.iter().map(|distance| *distance <= farthest).collect();
+        if next == kept {
+            break;
+        }
+        kept = next;
+    }
+    Some(kept)
+}
+
+/// Fits a Gaussian to the windows that are kept, drops what departs from it and keeps the others, until nothing changes.
+fn refit(windows: &[Vec<f64>], complete: &[bool], mut kept: Vec<bool>) -> Option<Refit> {
+    let mut latest = None;
+    for _ in 0..ROUNDS {
+        let fitted = judge(windows, complete, &kept)?;
+        let next: Vec<bool> =
+            complete.iter().zip(&fitted.dropped).map(|(c, d)| *c && d.is_none()).collect();
+        let settled = next == kept;
+        latest = Some(fitted);
+        if settled {
+            break;
+        }
+        kept = next;
+    }
+    latest
+}
+
+fn judge(windows: &[Vec<f64>], complete: &[bool], kept: &[bool]) -> Option<Refit> {
+    let gaussian = gaussian(&chosen(windows, kept))?;
+    let places: Vec<usize> = (0..gaussian.mean.len()).collect();
     let mut worst: Vec<Option<(f64, usize)>> = vec![None; windows.len()];
-    for channel in 0..channels {
+    let mut scales = Vec::with_capacity(places.len());
+    for &channel in &places {
         let (weights, _) = gaussian.regression(&places, channel)?;
         let residual = |window: &Vec<f64>| -> f64 {
             let terms = window.iter().zip(&gaussian.mean).zip(&weights);
-            terms.map(|((x, mean), weight)| (x - mean) * weight).sum::<f64>().abs()
+            terms.map(|((x, mean), weight)| (x - mean) * weight).sum()
         };
-        let scale = scale(&kept.iter().map(residual).collect::<Vec<_>>());
-        for (k, window) in windows.iter().enumerate().filter(|(k, _)| complete[*k]) {
-            let ratio = residual(window) / scale;
+        let residuals: Vec<f64> = windows.iter().map(residual).collect();
+        let of = |which: &[bool]| -> Vec<f64> {
+            residuals.iter().zip(which).filter(|(_, chosen)| **chosen).map(|(r, _)| *r).collect()
+        };
+        let (centre, scale) = robust(&of(kept));
+        scales.push(robust(&of(complete)).1);
+        for k in (0..windows.len()).filter(|k| complete[*k]) {
+            let ratio = (residuals[k] - centre).abs() / scale;
             if ratio > LIMIT && worst[k].is_none_or(|(largest, _)| ratio > largest) {
                 worst[k] = Some((ratio, channel));
             }
         }
     }
-    Some(worst.into_iter().map(|found| found.map(|(_, channel)| channel)).collect())
+    let dropped = worst.into_iter().map(|found| found.map(|(_, channel)| channel)).collect();
+    Some(Refit { dropped, scales })
+}
+
+/// Median and scale of residuals, a tenth of which may be faults.
+fn robust(residuals: &[f64]) -> (f64, f64) {
+    let centre = median(&mut residuals.to_vec());
+    let mut off: Vec<f64> = residuals.iter().map(|residual| (residual - centre).abs()).collect();
+    // Sorts them.
+    let spread = median(&mut off);
+    off.truncate(((1.0 - MOST_DROPPED) * off.len() as f64).ceil() as usize);
+    let deviation = (off.iter().map(|x| x * x).sum::<f64>() / off.len().max(1) as f64).sqrt();
+    (centre, spread.max(LEAST_SCALE * deviation).max(f64::MIN_POSITIVE))
 }
 
 /// Drops the neighbours of what is dropped.

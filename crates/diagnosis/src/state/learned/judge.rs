@@ -37,8 +37,10 @@ const AS_WELL: f64 = 0.8;
 const BACK: std::ops::Range<f64> = 0.5..2.0;
 /// Most displacements of a fault that its kind is told by; of more, every second one is kept.
 const MOST_DISPLACEMENTS: usize = 1200;
-/// For how long displacements before the onset are remembered \[s\].
+/// For how long displacements before the onset are remembered \[s\], and how many windows at least: a channel that creeps
+/// is displaced before it is found.
 const REMEMBERED_S: f64 = 60.0;
+const LEAST_REMEMBERED: f64 = 60.0;
 
 /// What is known of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -441,7 +443,7 @@ impl LearnedJudge {
 
     /// Remembers displacements of healthy channels, from which those after an onset are counted.
     fn remember(&mut self, all: &GaussianComparison, present: &[usize]) {
-        let most = (REMEMBERED_S / self.module.window_s).max(4.0) as usize;
+        let most = (REMEMBERED_S / self.module.window_s).max(LEAST_REMEMBERED) as usize;
         for &channel in present {
             let Some(departure) = all.departure(channel) else { continue };
             self.tracks[channel].found = Some(shown(departure, self.module.reference_threshold));

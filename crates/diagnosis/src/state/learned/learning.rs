@@ -53,7 +53,7 @@ pub struct HealthyRecording {
 /// How to learn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearningSettings {
-    /// Length of a window \[s\].
+    /// Length of a window \[s\]; that of a sample if samples are further apart.
     pub window_s: f64,
     /// False alarms of the reference per hour.
     pub alarms_per_hour: f64,
@@ -81,13 +81,16 @@ pub struct Learnt {
 pub enum LearningError {
     /// Fewer windows than needed.
     #[error(
-        "`{recording}` has {windows} complete windows; use at least {LEAST_WINDOWS}, or a shorter --window"
+        "`{recording}` has {windows} complete windows of {window_s} s; use at least {LEAST_WINDOWS}: a longer \
+         recording, or a shorter --window of one row or more"
     )]
     TooShort {
         /// The recording.
         recording: String,
         /// Its windows without a missing channel.
         windows: usize,
+        /// Their length \[s\].
+        window_s: f64,
     },
     /// More looks like faults than may be.
     #[error(
@@ -212,6 +215,9 @@ pub fn learn(
     settings: LearningSettings,
 ) -> Result<Learnt, LearningError> {
     let size = names.len();
+    // A window has at least one sample of each recording.
+    let step_s = recordings.iter().map(|recording| recording.step_s).fold(0.0, f64::max);
+    let settings = LearningSettings { window_s: settings.window_s.max(step_s), ..settings };
     let mut cleaned = Vec::new();
     let kept: Vec<Vec<Vec<f64>>> = recordings
         .iter()
@@ -290,9 +296,9 @@ fn clean(
     let complete = windows.iter().filter(|window| is_complete(window)).count();
     if complete < LEAST_WINDOWS {
         let recording = recording.name.clone();
-        return Err(LearningError::TooShort { recording, windows: complete });
+        return Err(LearningError::TooShort { recording, windows: complete, window_s });
     }
-    let dropped = cleaning::suspects(&windows, window_s);
+    let dropped = cleaning::suspects(&windows);
     let share = dropped.iter().flatten().count() as f64 / count as f64;
     if share > MOST_DROPPED {
         let often = |k: &usize| dropped.iter().flatten().filter(|channel| *channel == k).count();
@@ -471,6 +477,7 @@ fn thresholds(
     sensors: usize,
     settings: LearningSettings,
 ) -> Result<LearnedThresholds, LearningError> {
+    // Of windows longer than a minute, each stands for itself.
     let per_minute = (60.0 / settings.window_s).ceil().max(1.0) as usize;
     let mut minutes: Vec<Largest> = Vec::new();
     for own in 0..recordings.len() {
@@ -485,7 +492,8 @@ fn thresholds(
             minutes.push(each.fold(Largest::default(), Largest::of));
         }
     }
-    let once_in = 60.0 / settings.alarms_per_hour;
+    let minute_s = per_minute as f64 * settings.window_s;
+    let once_in = 3600.0 / (settings.alarms_per_hour * minute_s);
     let of_minutes = |value: fn(&Largest) -> f64| -> f64 {
         exceeded_once_in(once_in, &minutes.iter().map(value).collect::<Vec<_>>())
     };

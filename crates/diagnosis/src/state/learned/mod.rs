@@ -97,7 +97,25 @@ pub struct LearnedModule {
     pub change: Gaussian,
 }
 
+/// Samples may be so many windows apart: what a clock of times makes of one.
+const FARTHEST: f64 = 1.5;
+
 impl LearnedModule {
+    /// Are samples so far apart \[s\] that they do not fill its windows?
+    ///
+    /// # Errors
+    /// In words, what would be right.
+    pub fn check_step(&self, step_s: f64) -> Result<(), String> {
+        if step_s > 0.0 && step_s <= FARTHEST * self.window_s {
+            return Ok(());
+        }
+        let window_s = self.window_s;
+        Err(format!(
+            "samples are {step_s} s apart, but the module compares medians of {window_s} s; give it samples as close \
+             as those that it was learnt from, or learn with --window {step_s}"
+        ))
+    }
+
     /// Distinguishes it from other learned modules.
     #[must_use]
     pub fn fingerprint(&self) -> String {
