@@ -38,7 +38,8 @@ const MORE_THAN_VALUES: usize = 12;
 const EXAMPLES: &str = "\
 Examples:
   trusswatch new --template bridge > bridge.toml
-  trusswatch new bridge.toml --out bridge
+  trusswatch new --template bridge-traffic > traffic.toml
+  trusswatch new bridge.toml --plant traffic.toml --out bridge
   trusswatch study run --plant bridge/plant.toml --config bridge/west.toml --config bridge/east.toml --mismatch 0.1
   trusswatch new --check bridge";
 
@@ -54,7 +55,7 @@ pub(crate) struct Arguments {
     /// Description of the structure (TOML)
     #[arg(required_unless_present_any = ["template", "check"])]
     structure: Option<PathBuf>,
-    /// Print a description to start from
+    /// Print a description to start from; `bridge-traffic` is one for `--plant`
     #[arg(long, value_name = "NAME", conflicts_with_all = ["structure", "out", "check"], value_parser = TEMPLATES.map(|(name, _)| name))]
     template: Option<String>,
     /// The directory that takes the files; a new or an empty one
@@ -244,19 +245,16 @@ fn assumptions(structure: &Structure, plant: &PlantConfig, hydraulics_given: boo
          cylinders' effects whatever the supports; the rest's inertia and other modules' cylinders are not in it."
             .to_owned(),
         "Every module asks every other one.".to_owned(),
-        "Loads: wind and live loads on the levels above the lowest nodes, as plant.toml has them (left open, the tower's). \
-         Under others calibrate and commission again."
-            .to_owned(),
+        format!(
+            "Loads, as plant.toml has them (left open, the tower's): {}. Wind and live loads act on each height at which \
+             nodes can move. Under others calibrate and commission again.",
+            parameters.loads_in_words()
+        ),
     ];
     if !hydraulics_given && structure.modules.iter().any(|module| !module.actuators.is_empty()) {
         lines.push(
             "Cylinders, valves and pressure sensors: the tower's; give yours with `--plant`."
                 .to_owned(),
-        );
-    }
-    if structure.levels().len() < 2 {
-        lines.push(
-            "No node is above the lowest ones: neither wind nor live load acts, and the gages read noise.".to_owned(),
         );
     }
     lines

@@ -41,11 +41,12 @@ pub(crate) const OTHERS: [Shipped; 9] = [
     shipped!("paper/thresholds/module2.toml"),
 ];
 
-/// Descriptions of structures to start from, by name.
-pub(crate) const TEMPLATES: [(&str, Shipped); 4] = [
+/// Descriptions of structures to start from, and of a plant's traffic, by name.
+pub(crate) const TEMPLATES: [(&str, Shipped); 5] = [
     ("tower", shipped!("tower.toml")),
     ("mast", shipped!("templates/mast.toml")),
     ("bridge", shipped!("templates/bridge.toml")),
+    ("bridge-traffic", shipped!("templates/bridge-traffic.toml")),
     ("frame", shipped!("templates/frame.toml")),
 ];
 

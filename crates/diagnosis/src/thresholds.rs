@@ -37,13 +37,17 @@ pub struct MadeFor {
     pub structure: String,
     /// Length of a step \[s\].
     pub step_s: f64,
+    /// The simulated loads, in words; of recorded data, see the recordings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loads: Option<String>,
 }
 
 impl MadeFor {
     /// A module's part of the structure, sampled every `step_s` seconds.
     #[must_use]
     pub fn new(structure: &Structure, step_s: f64) -> Self {
-        Self { structure: fingerprint(|take| take(structure.to_toml().as_bytes())), step_s }
+        let structure = fingerprint(|take| take(structure.to_toml().as_bytes()));
+        Self { structure, step_s, loads: None }
     }
 
     fn problems(&self, used_for: &Self) -> impl Iterator<Item = ThresholdProblem> {
@@ -276,7 +280,8 @@ mod tests {
     use crate::divergence::Interval;
 
     fn made_for(step_s: f64) -> MadeFor {
-        MadeFor { structure: "0123456789abcdef".into(), step_s }
+        let loads = Some("wind of 8 to 14 m/s".into());
+        MadeFor { structure: "0123456789abcdef".into(), step_s, loads }
     }
 
     fn thresholds() -> Thresholds {
@@ -369,7 +374,7 @@ mod tests {
 
     #[test]
     fn thresholds_made_for_another_structure_or_step_are_refused() {
-        let other = MadeFor { structure: "0".into(), step_s: 5e-3 };
+        let other = MadeFor { structure: "0".into(), step_s: 5e-3, loads: None };
         let of = |thresholds: Thresholds| {
             let module = "module1".parse().unwrap();
             let fitted = thresholds.fit(&module, &components(), &Default::default(), Some(&other));

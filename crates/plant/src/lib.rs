@@ -3,7 +3,7 @@
 //! [`Plant`] steps the whole structure and outputs the measurements of its modules. It represents reality: diagnosers
 //! have no access to it, and [`Mismatch`] makes it differ from their nominal model.
 //!
-//! Sequence of one step: [`wind`] → [`loads`](LoadParameters) → structure (`truss`) → [`gage`] and pressure sensors →
+//! Sequence of one step: [`wind`] → [`loads`](LoadParameters) and forces on nodes ([`MovingLoad`], [`RecordedLoad`]) → structure (`truss`) → [`gage`] and pressure sensors →
 //! Kalman filter and regulator ([`controller`]) → demands → [`hydraulics`] → forces. Faults act in the gages and in the
 //! hydraulics ([`injection`]).
 //!
@@ -23,6 +23,8 @@ pub mod injection;
 mod live_loads;
 mod loads;
 mod mismatch;
+mod moving_loads;
+mod nodal_loads;
 mod nominal;
 mod parameters;
 mod part;
@@ -45,6 +47,8 @@ pub use hydraulics::HydraulicParameters;
 pub use injection::InjectError;
 pub use loads::LoadParameters;
 pub use mismatch::Mismatch;
+pub use moving_loads::MovingLoad;
+pub use nodal_loads::RecordedLoad;
 pub use parameters::{ControllerParameters, PlantParameters};
 pub use plant::{DrawnConditions, Plant};
 pub use signals::{ModuleSignals, Signals};

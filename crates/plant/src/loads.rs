@@ -1,6 +1,6 @@
 //! Levels: their exposure to wind, and live loads unknown to the controller.
 //!
-//! A level is a distinct height of nodes above the lowest one. Its live load adds mass and weight.
+//! A level is a distinct height at which any node can move. Its live load adds mass and weight.
 
 use nalgebra::DMatrix;
 use rand::RngExt;
@@ -53,9 +53,13 @@ impl LoadParameters {
     }
 }
 
-/// The levels above the lowest one, from the bottom up.
+/// The levels with a node that can move, from the bottom up: without the base of a tower, with the deck of a bridge.
 pub(crate) fn loaded_levels(structure: &Structure) -> Vec<Level> {
-    structure.levels().into_iter().skip(1).collect()
+    let moves = |&node: &usize| {
+        let support = structure.nodes[node].support;
+        [Direction::X, Direction::Y, Direction::Z].iter().any(|axis| !support.holds(*axis))
+    };
+    structure.levels().into_iter().filter(|level| level.nodes.iter().any(moves)).collect()
 }
 
 /// Heights of levels above the lowest nodes of the structure \[m\].

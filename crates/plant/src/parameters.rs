@@ -6,8 +6,10 @@ use crate::check::{Checks, ParameterErrors};
 use crate::gage::GageParameters;
 use crate::hydraulics::HydraulicParameters;
 use crate::loads::LoadParameters;
+use crate::moving_loads::MovingLoad;
+use crate::nodal_loads::RecordedLoad;
 use crate::temperature::TemperatureParameters;
-use crate::wind::WindParameters;
+use crate::wind::{BaseSpeed, WindParameters};
 
 /// The plant's parameters; the defaults are the tower's figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -19,6 +21,12 @@ pub struct PlantParameters {
     pub wind: WindParameters,
     /// Wind exposure and live loads of the levels.
     pub loads: LoadParameters,
+    /// Vehicles and trains; none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub moving_loads: Vec<MovingLoad>,
+    /// Forces over time on given nodes; none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub recorded_loads: Vec<RecordedLoad>,
     /// Temperature differences in the structure.
     pub temperature: TemperatureParameters,
     /// Actuators with their inner force control, and pressure sensors.
@@ -35,6 +43,8 @@ impl Default for PlantParameters {
             step_s: 1e-3,
             wind: WindParameters::default(),
             loads: LoadParameters::default(),
+            moving_loads: Vec::new(),
+            recorded_loads: Vec::new(),
             temperature: TemperatureParameters::default(),
             hydraulics: HydraulicParameters::default(),
             gages: GageParameters::default(),
@@ -58,11 +68,42 @@ impl PlantParameters {
         );
         self.wind.check(&mut checks);
         self.loads.check(&mut checks);
+        for (number, load) in self.moving_loads.iter().enumerate() {
+            load.check(number, &mut checks);
+        }
+        for (number, load) in self.recorded_loads.iter().enumerate() {
+            load.check(number, &mut checks);
+        }
         self.temperature.check(&mut checks);
         self.hydraulics.check(self.step_s, &mut checks);
         self.gages.check(&mut checks);
         self.controller.check(&mut checks);
         checks.finish()
+    }
+
+    /// The loads in words and figures, for comparison with those of another time.
+    #[must_use]
+    pub fn loads_in_words(&self) -> String {
+        let LoadParameters { live_load_max_kg, live_load_changes_per_hour, .. } = self.loads;
+        let mut words = vec![match &self.wind.base_speed {
+            BaseSpeed::Drawn { from_m_per_s, to_m_per_s } => {
+                format!("wind of {from_m_per_s} to {to_m_per_s} m/s")
+            }
+            BaseSpeed::Fixed { speed_m_per_s } => format!("wind of {speed_m_per_s} m/s"),
+            BaseSpeed::Profile { points } => {
+                let largest = points.iter().map(|[_, speed]| *speed).fold(0.0, f64::max);
+                format!("wind of up to {largest} m/s")
+            }
+        }];
+        let changes = match live_load_changes_per_hour > 0.0 {
+            true => format!(", changing {live_load_changes_per_hour} times an hour"),
+            false => String::new(),
+        };
+        words.push(format!("up to {live_load_max_kg} kg on a level{changes}"));
+        words.extend(self.moving_loads.iter().map(MovingLoad::in_words));
+        words.extend(self.recorded_loads.iter().map(RecordedLoad::in_words));
+        words.extend((!self.temperature.is_even()).then(|| "uneven temperature".to_owned()));
+        words.join("; ")
     }
 }
 
@@ -122,6 +163,23 @@ mod tests {
         .unwrap();
         assert_eq!(storm.hydraulics.substeps, 4);
         storm.check().unwrap();
+    }
+
+    #[test]
+    fn loads_are_put_into_words_and_a_vehicle_round_trips() {
+        let text = "loads.live_load_changes_per_hour = 6.0\ntemperature.sun_k = 4.0\n\
+            [[moving_loads]]\npaths = [[\"B0\", \"B1\"]]\naxles_n = [20e3, 40e3]\n\
+            axles_behind_m = [0.0, 4.0]\nspeed_m_per_s = [10.0, 25.0]\npause_s = [1.0, 8.0]\n\
+            load_factor = [0.5, 1.0]";
+        let parameters: PlantParameters = toml::from_str(text).unwrap();
+        parameters.check().unwrap();
+        assert_eq!(
+            parameters.loads_in_words(),
+            "wind of 8 to 14 m/s; up to 1000 kg on a level, changing 6 times an hour; \
+             30 to 60 kN on 2 axles at 10 to 25 m/s every 1 to 8 s; uneven temperature"
+        );
+        let written = toml::to_string(&parameters).unwrap();
+        assert_eq!(toml::from_str::<PlantParameters>(&written).unwrap(), parameters);
     }
 
     #[test]

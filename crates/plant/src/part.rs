@@ -3,7 +3,7 @@
 //!
 //! Sample k: the structure's elongations and the chambers' pressures are measured, and the controller computes the
 //! demands. Then the state advances to k + 1: the pressures under the demands of sample k, the structure under the
-//! average of the forces at both ends of the step and the wind in its middle.
+//! average of the forces at both ends of the step, the other loads in its middle.
 
 use nalgebra::DVector;
 use truss::{ModalStepper, Modes, Structure};
@@ -15,6 +15,7 @@ use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
 use crate::injection::Slot;
+use crate::nodal_loads::NodalLoads;
 use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
 use crate::signals::Signals;
@@ -31,6 +32,7 @@ pub(crate) struct PlantPart {
     slow_elongations: SlowElongations,
     live_loads_kg: Vec<f64>,
     wind: WindLoads,
+    nodal_loads: NodalLoads,
     hydraulics: Hydraulics,
     /// Parameters of the true hardware, used to compute observed forces from observed pressures.
     hydraulic_parameters: HydraulicParameters,
@@ -57,7 +59,7 @@ struct Buffers {
     force_noise_n: Vec<f64>,
     demands_n: Vec<f64>,
     forces_n: Vec<f64>,
-    /// Inputs of the structure: actuator forces, then the levels' forces in x and in y.
+    /// Inputs of the structure: actuator forces, the levels' forces in x and in y, those on given nodes.
     inputs_n: Vec<f64>,
 }
 
@@ -67,12 +69,12 @@ impl PlantPart {
     pub(crate) fn new(
         (truth, nominal): (&Structure, &Structure),
         (true_parameters, nominal_parameters): (&PlantParameters, &PlantParameters),
-        wind: WindConditions,
+        (wind, nodal_loads): (WindConditions, NodalLoads),
         seed: u64,
         places: Vec<usize>,
     ) -> Result<Self, PlantError> {
         let design = Design::new(nominal, nominal_parameters)?;
-        let tower = Tower::new(truth, true_parameters, wind, seed)?;
+        let tower = Tower::new(truth, true_parameters, wind, nodal_loads, seed)?;
         Self::assemble(tower, &design, truth, true_parameters, seed, places)
     }
 
@@ -86,17 +88,18 @@ impl PlantPart {
         places: Vec<usize>,
     ) -> Result<Self, PlantError> {
         let (step_s, hydraulics) = (parameters.step_s, &parameters.hydraulics);
-        let wind_map = tower.wind_map();
         let slow_elongations = tower.slow_elongations(truth, parameters, seed)?;
         let at_rest = DVector::from_column_slice(slow_elongations.elongations_m());
-        let mean_wind = DVector::from_column_slice(tower.wind.at_start());
+        let loads_n = [tower.wind.at_start(), &tower.nodal_loads.at_start()].concat();
+        let load_map = beside(&tower.wind_map(), &tower.nodal_loads.map(truth, &tower.mechanics));
+        let at_start = DVector::from_column_slice(&loads_n);
         let (state, forces_n) = design.at_rest(
             &tower.elongations(&tower.mechanics.actuator_map)?,
-            &(tower.elongations(&wind_map)? * mean_wind + &at_rest),
+            &(tower.elongations(&load_map)? * at_start + &at_rest),
             hydraulics.demand_limit_n,
         )?;
-        let inputs_n = [&forces_n, tower.wind.at_start()].concat();
-        let input_map = beside(&tower.mechanics.actuator_map, &wind_map);
+        let inputs_n = [&forces_n[..], &loads_n].concat();
+        let input_map = beside(&tower.mechanics.actuator_map, &load_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
         let mut structure =
             ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
@@ -108,6 +111,7 @@ impl PlantPart {
             slow_elongations,
             live_loads_kg: tower.live_loads_kg,
             wind: tower.wind,
+            nodal_loads: tower.nodal_loads,
             hydraulics: Hydraulics::new(hydraulics, step_s, &forces_n),
             hydraulic_parameters: hydraulics.clone(),
             gages: Gages::new(&parameters.gages, &gage_lengths_m, seed),
@@ -197,7 +201,7 @@ impl PlantPart {
         self.demand_limit_n
     }
 
-    /// Live load of each level above the lowest, from the bottom up \[kg\].
+    /// Live load of each level that can move, from the bottom up \[kg\].
     pub(crate) fn live_loads_kg(&self) -> &[f64] {
         &self.live_loads_kg
     }
@@ -229,10 +233,11 @@ impl PlantPart {
         }
     }
 
-    /// Advances pressures, wind and structure by one step.
+    /// Advances pressures, loads and structure by one step.
     fn move_on(&mut self) {
         let Buffers { inputs_n, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
-        let (actuators, levels) = inputs_n.split_at_mut(forces_n.len());
+        let (actuators, loads) = inputs_n.split_at_mut(forces_n.len());
+        let (levels, nodes) = loads.split_at_mut(self.wind.at_start().len());
         actuators.copy_from_slice(forces_n);
         self.hydraulics.step(demands_n, force_noise_n);
         self.hydraulics.forces(forces_n);
@@ -240,6 +245,7 @@ impl PlantPart {
             *mean = 0.5 * (*mean + *after);
         }
         self.wind.next(levels);
+        self.nodal_loads.next(nodes);
         self.structure.step(inputs_n);
     }
 }

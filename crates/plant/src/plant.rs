@@ -1,13 +1,14 @@
 //! The whole plant: one or several unconnected towers, each with its own controller.
 //!
-//! Unconnected parts do not move each other, so they are stepped one by one. All parts have the same wind direction and
-//! mean speed; gusts, live loads and noise are drawn separately for each part.
+//! Unconnected parts do not move each other, so they are stepped one by one. All parts have the same wind direction,
+//! mean speed and loads on nodes; gusts, live loads and noise are drawn separately for each part.
 
 use truss::{ModelError, Structure};
 use vocabulary::{ComponentPath, ModuleName, Step, fault::Fault};
 
 use crate::error::PlantError;
 use crate::injection::{InjectError, Injections, Slot};
+use crate::nodal_loads::NodalLoads;
 use crate::parameters::PlantParameters;
 use crate::part::PlantPart;
 use crate::signals::Signals;
@@ -25,7 +26,7 @@ pub struct DrawnConditions {
     pub base_speed_m_per_s: f64,
     /// The direction that the wind blows to, from the x axis towards y \[rad\].
     pub wind_direction_rad: f64,
-    /// Live load of each level above the lowest, from the bottom up, part by part \[kg\].
+    /// Live load of each level that can move, from the bottom up, part by part \[kg\].
     pub live_loads_kg: Vec<f64>,
 }
 
@@ -69,6 +70,7 @@ impl Plant {
         nominal_parameters.check()?;
         check_equipment(truth, nominal)?;
         let wind = WindConditions::draw(&true_parameters.wind, seed);
+        let nodal_loads = NodalLoads::new(truth, true_parameters, seed)?;
         let (true_parts, nominal_parts) = parts_alike(truth, nominal);
         let injections = Injections::new(&true_parts);
         let mut parts = Vec::with_capacity(true_parts.len());
@@ -76,7 +78,7 @@ impl Plant {
             parts.push(PlantPart::new(
                 pair,
                 (true_parameters, nominal_parameters),
-                wind.clone(),
+                (wind.clone(), nodal_loads.of_part(pair.0)),
                 seed.wrapping_add(SEEDS_APART.wrapping_mul(number)),
                 places(truth, pair.0),
             )?);

@@ -31,6 +31,8 @@ pub(crate) enum Stream {
     GageGain(usize),
     /// Slow drift of one pressure sensor, two to an actuator.
     PressureDrift(usize),
+    /// Times, speeds and loads of a vehicle's crossings.
+    MovingLoad(usize),
 }
 
 impl Stream {
@@ -49,6 +51,7 @@ impl Stream {
             Stream::Temperature(channel) => numbered(9, channel),
             Stream::GageGain(channel) => numbered(10, channel),
             Stream::PressureDrift(channel) => numbered(11, channel),
+            Stream::MovingLoad(channel) => numbered(12, channel),
         }
     }
 
@@ -81,6 +84,7 @@ mod tests {
             Stream::Temperature(0),
             Stream::GageGain(0),
             Stream::PressureDrift(0),
+            Stream::MovingLoad(0),
         ];
         let first = |stream: Stream| stream.generator(5).next_u64();
         let drawn: Vec<u64> = all.into_iter().map(first).collect();

@@ -10,6 +10,7 @@ use crate::live_loads::LiveLoads;
 use crate::loads::{
     add_live_masses, draw_live_loads, heights_above_ground, level_map, loaded_levels,
 };
+use crate::nodal_loads::NodalLoads;
 use crate::parameters::PlantParameters;
 use crate::slow_elongations::{Changing, SlowElongations};
 use crate::temperature::Temperature;
@@ -20,7 +21,8 @@ pub(crate) struct Tower {
     pub(crate) mechanics: Mechanics,
     levels: Vec<Level>,
     pub(crate) wind: WindLoads,
-    /// Live load of each level above the lowest, from the bottom up \[kg\].
+    pub(crate) nodal_loads: NodalLoads,
+    /// Live load of each level that can move, from the bottom up \[kg\].
     pub(crate) live_loads_kg: Vec<f64>,
 }
 
@@ -29,6 +31,7 @@ impl Tower {
         truth: &Structure,
         parameters: &PlantParameters,
         wind: WindConditions,
+        nodal_loads: NodalLoads,
         seed: u64,
     ) -> Result<Self, PlantError> {
         let mut mechanics = Mechanics::assemble(truth)?;
@@ -44,7 +47,7 @@ impl Tower {
             parameters.step_s,
             seed,
         );
-        Ok(Self { mechanics, levels, wind, live_loads_kg })
+        Ok(Self { mechanics, levels, wind, nodal_loads, live_loads_kg })
     }
 
     /// Nodal forces per wind force (dofs × 2 levels).

@@ -12,6 +12,8 @@ use vocabulary::fault::Fault;
 static GLOBAL: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
 
 const TOWER: &str = include_str!("../../../configs/tower.toml");
+const BRIDGE: &str = include_str!("../../../configs/templates/bridge.toml");
+const TRAFFIC: &str = include_str!("../../../configs/templates/bridge-traffic.toml");
 
 const FAULTS: [(&str, Fault); 13] = [
     ("module1/actuator/a1", Fault::InternalLeakage { area_m2: 2e-7 }),
@@ -32,6 +34,7 @@ const FAULTS: [(&str, Fault); 13] = [
 // A program of its own: the test harness's own thread allocates too, now and then, and would be counted.
 fn main() {
     a_step_allocates_nothing();
+    nor_does_one_under_traffic();
 }
 
 fn a_step_allocates_nothing() {
@@ -42,6 +45,18 @@ fn a_step_allocates_nothing() {
         plant.inject(&component.parse().unwrap(), fault).unwrap();
     }
     assert_eq!(allocations(&mut plant), 0);
+}
+
+fn nor_does_one_under_traffic() {
+    let bridge = Structure::from_toml(BRIDGE).unwrap();
+    let mut traffic: toml::Table = TRAFFIC.parse().unwrap();
+    let parameters: PlantParameters = traffic.remove("plant").unwrap().try_into().unwrap();
+    assert_eq!(parameters.moving_loads.len(), 2);
+    let mut plant = Plant::new(&bridge, &parameters, 1).unwrap();
+    // crossings begin and end
+    for _ in 0..20 {
+        assert_eq!(allocations(&mut plant), 0);
+    }
 }
 
 fn allocations(plant: &mut Plant) -> usize {

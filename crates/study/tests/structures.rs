@@ -3,13 +3,13 @@
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;
 
-use plant::PlantParameters;
+use plant::{MovingLoad, PlantParameters};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use study::scenarios::{READABLE, ScenarioCampaign, ScenarioRanges};
-use study::{Done, EffectRuns, Engine, NominalRuns, System, module_setups};
+use study::{Done, EffectRuns, Engine, NominalRuns, RigEvent, System, TimedFault, module_setups};
 use truss::Structure;
-use vocabulary::fault::FaultKind;
+use vocabulary::{Component, Condition, Obstacle, fault::Fault};
 
 /// A bridge of two spans and two modules at 100 Hz.
 const SMALL: u64 = 3;
@@ -215,6 +215,39 @@ fn girder(draw: &mut Draw, modules: usize, kind: usize) -> (String, String) {
     (format!("{name} {}", SUPPORTS[support]), text)
 }
 
+/// A lorry over the lower chords of a level girder: as heavy as stresses them to 20 MPa in the middle of a simple span.
+/// Nothing drives over masts.
+fn with_traffic(mut drawn: Drawn) -> Drawn {
+    let structure = &drawn.structure;
+    let is_low = |node: &&truss::Node| node.position_m[2] == 0.0;
+    let of_corner = |corner: usize| {
+        let is_its = |node: &&truss::Node| node.name.as_str().ends_with(&format!("C{corner}"));
+        let mut line: Vec<_> = structure.nodes.iter().filter(is_low).filter(is_its).collect();
+        line.sort_by(|a, b| a.position_m[0].total_cmp(&b.position_m[0]));
+        line.into_iter().map(|node| node.name.clone()).collect::<Vec<_>>()
+    };
+    let paths: Vec<_> = (0..4).map(of_corner).filter(|path| path.len() > 1).collect();
+    let Some(chord) = structure.member_index(&"chord0-0".parse().unwrap()) else { return drawn };
+    if paths.is_empty() {
+        return drawn;
+    }
+    let largest =
+        |axis: usize| structure.nodes.iter().map(|node| node.position_m[axis]).fold(0.0, f64::max);
+    let area_m2 = paths.len() as f64 * structure.members[chord].area_m2;
+    let load_n = 20e6 * area_m2 * 4.0 * largest(2) / largest(0);
+    drawn.parameters.moving_loads = vec![MovingLoad {
+        paths,
+        axles_n: vec![load_n / 3.0, 2.0 * load_n / 3.0],
+        axles_behind_m: vec![0.0, 4.0],
+        speed_m_per_s: [10.0, 25.0],
+        pause_s: [0.5, 4.0],
+        load_factor: [0.4, 1.0],
+        direction: [0.0, 0.0, -1.0],
+    }];
+    drawn.words += &format!(" under {:.0} kN", 1e-3 * load_n);
+    drawn
+}
+
 /// The system with thresholds and root ratio made for it.
 fn calibrated(drawn: &Drawn, runs: u64) -> System {
     let Drawn { structure, parameters, words } = drawn;
@@ -253,10 +286,39 @@ fn calibrated(drawn: &Drawn, runs: u64) -> System {
 struct Tally {
     faults: usize,
     exact: usize,
-    /// A zero output of a gage that read less than [`READABLE`] times its noise cannot be seen.
-    unreadable: usize,
+    /// Faults that are not below what can be isolated, and of these the exactly isolated ones.
+    above: usize,
+    exact_above: usize,
     wrong: usize,
     false_alarms: usize,
+}
+
+/// Under moving loads, the smallest bias and the smallest increment of a random walk in a millisecond \[m/m\].
+const BIAS_IN_TRAFFIC: f64 = 7e-6;
+const INCREMENT_IN_TRAFFIC: f64 = 2.5e-6;
+
+/// Is a fault below what can be isolated? A zero output of a gage that read less than [`READABLE`] times its noise, and
+/// what hides in the traffic.
+fn is_below(drawn: &Drawn, fault: &TimedFault, reading_over_noise: Option<f64>) -> bool {
+    let Drawn { structure, parameters, .. } = drawn;
+    let gages = structure.modules.iter().filter(|module| module.name == fault.component.module);
+    let gages = gages.flat_map(|module| &module.gages);
+    let length_m = gages
+        .filter(|gage| fault.component.component == Component::Sensor(gage.name.clone()))
+        .map(|gage| structure.gage_length_m(gage))
+        .next();
+    let per_ms = (parameters.step_s / 1e-3).sqrt();
+    let traffic = !parameters.moving_loads.is_empty();
+    match (fault.fault, length_m) {
+        (Fault::ZeroOutput {}, _) => reading_over_noise.is_some_and(|ratio| ratio < READABLE),
+        (Fault::Bias { offset_m }, Some(length_m)) => {
+            traffic && offset_m.abs() < BIAS_IN_TRAFFIC * length_m
+        }
+        (Fault::RandomWalk { increment_m, .. }, Some(length_m)) => {
+            traffic && increment_m < INCREMENT_IN_TRAFFIC * length_m * per_ms
+        }
+        _ => false,
+    }
 }
 
 /// Random faults, and runs without any, on plants within 10 %.
@@ -276,12 +338,13 @@ fn diagnose(drawn: &Drawn, runs: u64, faults: u64, nominal: u64) -> Tally {
             continue;
         };
         tally.faults += 1;
+        let is_above = !is_below(drawn, fault, row.reading_over_noise);
+        tally.above += usize::from(is_above);
         if row.is_exact() {
             tally.exact += 1;
+            tally.exact_above += usize::from(is_above);
             continue;
         }
-        let is_silent = row.reading_over_noise.is_some_and(|over_noise| over_noise < READABLE);
-        tally.unreadable += usize::from(is_silent && row.kind() == Some(FaultKind::ZeroOutput));
         let wrong: Vec<_> =
             row.wrong().map(|d| format!("{} at {}", d.component, d.detection.0)).collect();
         tally.wrong += usize::from(!wrong.is_empty());
@@ -295,12 +358,52 @@ fn diagnose(drawn: &Drawn, runs: u64, faults: u64, nominal: u64) -> Tally {
     tally
 }
 
-/// Nothing healthy is named; what is missed are biases below what is isolated, and gages that read nothing.
+/// Seconds of a minute in which any component says that the loads are beyond those of commissioning: under the traffic of
+/// commissioning, and under one of five times its weight.
+#[test]
+fn a_diagnoser_under_loads_far_beyond_those_of_commissioning_says_so() {
+    let text = include_str!("../../../configs/templates/bridge-traffic.toml");
+    let mut traffic: toml::Table = text.parse().unwrap();
+    let bridge = include_str!("../../../configs/templates/bridge.toml");
+    let drawn = Drawn {
+        words: "bridge".to_owned(),
+        structure: Structure::from_toml(bridge).unwrap(),
+        parameters: traffic.remove("plant").unwrap().try_into().unwrap(),
+    };
+    let commissioned = calibrated(&drawn, 100).commission(0, 2, &|| ()).unwrap();
+    let under = |times: f64| {
+        let mut plant = commissioned.clone();
+        for load in &mut plant.site.true_parameters.moving_loads {
+            load.load_factor = load.load_factor.map(|factor| times * factor);
+        }
+        let mut rig = plant.rig(5, Vec::new()).unwrap();
+        let mut seconds = 0;
+        for _ in 0..60 {
+            rig.run(1000).unwrap();
+            let is_unseen = |condition: &Condition| {
+                matches!(
+                    condition,
+                    Condition::CannotTell {
+                        obstacle: Obstacle::UnseenForce(_) | Obstacle::Swinging
+                    }
+                )
+            };
+            let mut conditions = rig.diagnosers().iter().flat_map(|of| of.conditions());
+            seconds += u32::from(conditions.any(is_unseen));
+        }
+        let named: Vec<_> = rig.take_occurrences().iter().filter_map(RigEvent::diagnosed).collect();
+        println!("traffic of {times} times its weight: {seconds} seconds, named {named:?}");
+        (seconds, named.len())
+    };
+    assert_eq!(under(1.0), (0, 0));
+    assert!(under(5.0).0 >= 10);
+}
+
+/// Nothing healthy is named; what is missed are mostly biases below what is isolated, and gages that read nothing.
 fn check(tallies: &[Tally]) {
     let sum = |of: fn(&Tally) -> usize| tallies.iter().map(of).sum::<usize>();
-    let readable = sum(|t| t.faults) - sum(|t| t.unreadable);
     assert_eq!((sum(|t| t.wrong), sum(|t| t.false_alarms)), (0, 0), "{tallies:#?}");
-    assert!(100 * sum(|t| t.exact) >= 96 * readable, "{tallies:#?}");
+    assert!(100 * sum(|t| t.exact_above) >= 96 * sum(|t| t.above), "{tallies:#?}");
 }
 
 #[test]
@@ -308,16 +411,39 @@ fn a_structure_drawn_at_random_is_diagnosed() {
     check(&[diagnose(&draw(SMALL), 24, 14, 2)]);
 }
 
-/// `TRUSSWATCH_STRUCTURES=3 TRUSSWATCH_FAULTS=28` is shorter.
+/// `TRUSSWATCH_STRUCTURE=bridge.toml`, and `TRUSSWATCH_PLANT=traffic.toml` for its loads.
+#[test]
+#[ignore = "takes minutes, and needs a description"]
+fn a_described_structure_is_diagnosed() {
+    let read =
+        |name: &str| std::env::var(name).ok().map(|file| std::fs::read_to_string(file).unwrap());
+    let Some(text) = read("TRUSSWATCH_STRUCTURE") else { return };
+    let structure = Structure::from_toml(&text).unwrap_or_else(|errors| panic!("{errors}"));
+    let parameters = read("TRUSSWATCH_PLANT").map_or_else(PlantParameters::default, |text| {
+        let mut table: toml::Table = text.parse().unwrap();
+        table.remove("plant").unwrap().try_into().unwrap()
+    });
+    let words = format!("{} under {}", structure.name, parameters.loads_in_words());
+    let faults = number("TRUSSWATCH_FAULTS", 300);
+    check(&[diagnose(&Drawn { words, structure, parameters }, 100, faults, faults / 3)]);
+}
+
+fn number(name: &str, usual: u64) -> u64 {
+    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
+}
+
+/// `TRUSSWATCH_STRUCTURES=3 TRUSSWATCH_FAULTS=28` is shorter, `TRUSSWATCH_TRAFFIC=1` lets a lorry drive over the girders.
 #[test]
 #[ignore = "takes an hour"]
 fn twenty_structures_drawn_at_random_are_diagnosed() {
-    let number = |name: &str, usual: u64| {
-        std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(usual)
-    };
     let faults = number("TRUSSWATCH_FAULTS", 300);
-    let structures = 1..=number("TRUSSWATCH_STRUCTURES", 20);
+    let first = number("TRUSSWATCH_FIRST", 1);
+    let structures = first..first + number("TRUSSWATCH_STRUCTURES", 20);
+    let drawn = |seed| match number("TRUSSWATCH_TRAFFIC", 0) {
+        0 => draw(seed),
+        _ => with_traffic(draw(seed)),
+    };
     check(
-        &structures.map(|seed| diagnose(&draw(seed), 100, faults, faults / 3)).collect::<Vec<_>>(),
+        &structures.map(|seed| diagnose(&drawn(seed), 100, faults, faults / 3)).collect::<Vec<_>>(),
     );
 }

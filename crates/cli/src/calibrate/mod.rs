@@ -32,6 +32,8 @@ struct NominalData {
     step_s: f64,
     /// Of the data; what is made of them is added for each module.
     provenance: Provenance,
+    /// The simulated loads, in words.
+    loads: Option<String>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
@@ -53,7 +55,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let thresholds = Thresholds {
             module: module.setup.module.clone(),
             provenance: data.provenance(rule, peaks.watched_steps),
-            made_for: Some(MadeFor::new(&module.setup.structure, module.setup.step_s)),
+            made_for: Some(MadeFor {
+                loads: data.loads.clone(),
+                ..MadeFor::new(&module.setup.structure, module.setup.step_s)
+            }),
             effects: effects.clone(),
             detection: module.detection,
             thresholds: components.zip(found.iter().map(|channel| channel.threshold)).collect(),

@@ -48,7 +48,7 @@ pub(super) fn read(
     check_watched(&calibration)?;
     let names = files.iter().map(|file| file.display().to_string()).collect();
     let provenance = origin(None, names, count as u64);
-    Ok(NominalData { calibration, step_s, provenance })
+    Ok(NominalData { calibration, step_s, provenance, loads: None })
 }
 
 fn common_step(modules: &[Uncalibrated]) -> Result<f64, Failure> {

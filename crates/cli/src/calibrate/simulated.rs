@@ -98,5 +98,6 @@ pub(super) fn simulate(
     let seeds = format!("{}..={last_seed}", simulation.first_seed);
     let mismatch = Some(simulation.mismatch).filter(|mismatch| *mismatch > 0.0);
     let provenance = Provenance { mismatch, ..origin(Some(seeds), Vec::new(), simulation.runs) };
-    Ok(NominalData { calibration, step_s, provenance })
+    let loads = Some(plant.parameters.loads_in_words());
+    Ok(NominalData { calibration, step_s, provenance, loads })
 }

@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{PlantFlags, load_plant};
 use session::endpoint;
-use truss::Structure;
+use toml::Value;
+use truss::{Structure, copy_prefix};
 use zenoh::config::EndPoint;
 
 use crate::failure::Failure;
@@ -83,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let directory = Directory::claim(&arguments.out)?;
     directory.write("structure.toml", &structure_text(&row, &plant.structure, copies))?;
-    directory.write("plant.toml", &plant_text(&arguments.plant, &layout)?)?;
+    directory.write("plant.toml", &plant_text(&arguments.plant, &layout, copies)?)?;
     if let Some((file, text)) = layout.router_settings() {
         directory.write(file, &text)?;
     }
@@ -138,13 +139,43 @@ fn structure_text(row: &Structure, original: &Structure, copies: usize) -> Strin
     )
 }
 
-fn plant_text(file: &Path, layout: &NetworkLayout) -> Result<String, Failure> {
+/// The loads on the nodes of each copy.
+fn of_all_copies(loads: &[Value], copies: usize) -> Vec<Value> {
+    let of_copy = |copy| {
+        let prefix = copy_prefix(copy, copies);
+        loads.iter().cloned().map(move |mut load| {
+            for key in ["paths", "nodes"] {
+                if let Some(nodes) = load.get_mut(key) {
+                    prefix_names(nodes, &prefix);
+                }
+            }
+            load
+        })
+    };
+    (0..copies).flat_map(of_copy).collect()
+}
+
+fn prefix_names(names: &mut Value, prefix: &str) {
+    match names {
+        Value::String(name) => name.insert_str(0, prefix),
+        Value::Array(names) => names.iter_mut().for_each(|names| prefix_names(names, prefix)),
+        _ => {}
+    }
+}
+
+fn plant_text(file: &Path, layout: &NetworkLayout, copies: usize) -> Result<String, Failure> {
     let mut table = read_table(file)?;
     table.insert("structure".into(), "structure.toml".into());
     table.insert("network".into(), layout.of_plant().into());
     // The entries name modules of the original.
     table.remove("wait_for");
     table.remove("schedule");
+    for kind in ["moving_loads", "recorded_loads"] {
+        let loads = table.get_mut("plant").and_then(|plant| plant.get_mut(kind));
+        if let Some(loads) = loads.and_then(Value::as_array_mut) {
+            *loads = of_all_copies(loads, copies);
+        }
+    }
     Ok(format!(
         "# The plant of structure.toml. Made of {} by `trusswatch replicate`.\n{table}",
         file.display()

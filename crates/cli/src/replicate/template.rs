@@ -110,7 +110,8 @@ impl Template {
         thresholds.module = name.clone();
         let step_s = self.config.module_setup().step_s;
         let made_for = MadeFor::new(&self.structure(name, row), step_s);
-        thresholds.made_for = thresholds.made_for.map(|_| made_for);
+        thresholds.made_for =
+            thresholds.made_for.map(|original| MadeFor { loads: original.loads, ..made_for });
         let origin = format!(
             "those of `{}` of the structure `{}`, of which this module of `{row}` is a copy",
             self.module(),

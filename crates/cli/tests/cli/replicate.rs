@@ -159,6 +159,34 @@ fn what_copies_cannot_share_is_left_out() {
 }
 
 #[test]
+fn each_copy_has_traffic_of_its_own() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    let mut config = table(&repository("configs/plant.toml"));
+    let structure = repository("configs/tower.toml").display().to_string();
+    config.insert("structure".into(), structure.into());
+    let lift: toml::Table =
+        "paths = [[\"L01C1\", \"L02C1\"]]\naxles_n = [5e3]\naxles_behind_m = [0.0]\n\
+        speed_m_per_s = [1.0, 2.0]\npause_s = [1.0, 8.0]"
+            .parse()
+            .unwrap();
+    config["plant"].as_table_mut().unwrap().insert("moving_loads".into(), vec![lift].into());
+    std::fs::write(at("plant.toml"), config.to_string()).unwrap();
+    let module = |name: &str| repository(&format!("configs/{name}.toml"));
+    let words = ["--copies", "2", "--out"].map(PathBuf::from);
+    let mut arguments: Vec<PathBuf> =
+        vec!["replicate".into(), module("module1"), module("module2")];
+    arguments.extend(["--plant".into(), at("plant.toml")]);
+    arguments.extend(words.into_iter().chain([at("row")]));
+    run(&arguments).succeeds();
+    checked(&at("row"));
+    let copied = table(&at("row").join("plant.toml"));
+    let loads = copied["plant"]["moving_loads"].as_array().unwrap();
+    assert_eq!(loads.len(), 2);
+    assert_eq!(loads[1]["paths"][0][1].as_str(), Some("t02-L02C1"));
+}
+
+#[test]
 fn a_directory_with_files_in_it_is_left_alone() {
     let directory = tempfile::tempdir().unwrap();
     let kept = directory.path().join("kept.txt");

@@ -293,6 +293,10 @@ fn place(error: &PlantError) -> &'static [&'static str] {
     match error {
         PlantError::Model(_) => &["structure"],
         PlantError::Controller(_) | PlantError::NoEquilibrium => &["plant", "controller"],
+        PlantError::LoadNode { place, .. } if place.starts_with("moving") => {
+            &["plant", "moving_loads"]
+        }
+        PlantError::LoadNode { .. } => &["plant", "recorded_loads"],
         PlantError::DemandAtStart { .. } => &["plant", "hydraulics", "demand_limit_n"],
         PlantError::Parameters(_) | PlantError::Equipment(_) => &["plant"],
     }
