@@ -65,6 +65,37 @@ fn missing_steps_are_a_gap_and_others_must_rise() {
     assert_eq!(all.finish(), gappy.finish());
 }
 
+/// As a diagnoser does it: what the gages read before a long gap, for instance before a new tare, is forgotten.
+#[test]
+fn after_a_long_gap_the_channels_are_learnt_anew() {
+    let (before, after) = (record(1), record(2));
+    let tared: Vec<Vec<f64>> =
+        after.iter().map(|row| row.iter().map(|value| value + 1e-4).collect()).collect();
+    let mut two_runs = ResidualRecording::new(&setup()).unwrap();
+    let [mut numbered, mut skipped] = [two_runs.clone(), two_runs.clone()];
+    for row in &before {
+        for recording in [&mut two_runs, &mut numbered, &mut skipped] {
+            recording.push(None, row).unwrap();
+        }
+    }
+    two_runs.end_run();
+    let gap = 1 + diagnosis::residual::longest_gap_of_structure(setup().step_s);
+    (0..gap).for_each(|_| skipped.skip());
+    for (place, row) in tared.iter().enumerate() {
+        let step = before.len() as u64 + gap + place as u64;
+        numbered.push(Some(step), row).unwrap();
+        skipped.push(None, row).unwrap();
+        two_runs.push(None, row).unwrap();
+    }
+    let largest = |recording: ResidualRecording| -> Vec<f64> {
+        let peaks = recording.finish();
+        peaks.channels.iter().map(|channel| channel.peaks.largest()).collect()
+    };
+    let expected = largest(two_runs);
+    assert!(expected.iter().all(|peak| *peak > 0.0), "{expected:?}");
+    assert_eq!((largest(numbered), largest(skipped)), (expected.clone(), expected));
+}
+
 #[test]
 fn the_largest_peak_is_the_largest_divergence() {
     let mut rig = tower::rig(1, Vec::new());

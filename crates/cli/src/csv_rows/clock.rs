@@ -5,7 +5,7 @@ use super::number::{DecimalMark, decoded, number};
 /// Name of the column that numbers the steps.
 pub(super) const STEP: &str = "step";
 /// Usual names of a column of times, without units and in small letters.
-const TIMES: [&str; 15] = [
+const TIMES: [&str; 19] = [
     "time",
     "t",
     "ts",
@@ -21,6 +21,10 @@ const TIMES: [&str; 15] = [
     "x_value",
     "zeit",
     "datum/zeit",
+    "record",
+    "index",
+    "sample",
+    "scan",
 ];
 /// Up to here every whole number is a floating-point number.
 const LARGEST_STEP: f64 = (1_u64 << 53) as f64;
@@ -54,6 +58,10 @@ pub(super) struct Clock {
     /// The latest time differences, in no order.
     recent: Vec<f64>,
     taken: usize,
+    /// Rows that have shown the latest time.
+    shown: u64,
+    /// Of a clock too coarse for its rows: its tick, and how many rows show one time.
+    tick: Option<(f64, u64)>,
 }
 
 /// A step, or a time in any unit.
@@ -76,7 +84,7 @@ impl Clock {
 
     /// Reads this column.
     pub(super) fn of_column(place: usize, name: &str) -> Clock {
-        let is_step = name == STEP;
+        let is_step = name.eq_ignore_ascii_case(STEP);
         Clock { place: Some(place), is_step, unit_s: unit_s(name), ..Clock::default() }
     }
 
@@ -146,10 +154,27 @@ impl Clock {
         }
         self.last = Some(now);
         self.remember(passed);
-        Ok(match usual {
+        let missing = match usual {
             Some(usual) if passed > GAP * usual => ((passed / usual).round() as u64).max(1) - 1,
+            None => self.missing_of_coarse(passed),
             _ => 0,
-        })
+        };
+        self.shown = if passed == 0.0 { self.shown.max(1) + 1 } else { 1 };
+        Ok(missing)
+    }
+
+    /// Rows missing where most rows show the time of the row before: only a time longer than a tick tells.
+    fn missing_of_coarse(&mut self, passed: f64) -> u64 {
+        if passed == 0.0 {
+            return 0;
+        }
+        let (tick, rows) = self.tick.unwrap_or((f64::INFINITY, 0));
+        self.tick = Some((tick.min(passed), rows.max(self.shown)));
+        if passed <= GAP * tick || tick == 0.0 {
+            return 0;
+        }
+        // The rows since the latest tick are there.
+        ((passed / tick * rows as f64).round() as u64).saturating_sub(self.shown)
     }
 
     fn remember(&mut self, passed: f64) {
@@ -180,7 +205,9 @@ impl Clock {
 /// Is a column of this name one of times?
 pub(super) fn is_time_name(name: &str) -> bool {
     let name = name.split(['[', '(']).next().unwrap_or(name).trim().to_lowercase();
-    let name = ["_s", "_ms"].iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(&name);
+    let name = name.trim_start_matches('#').trim_start();
+    let units = ["_s", "_ms", "_us", "_µs", "_ns", "_min", "_h"];
+    let name = units.iter().find_map(|unit| name.strip_suffix(unit)).unwrap_or(name);
     TIMES.contains(&name)
 }
 
@@ -328,6 +355,7 @@ mod tests {
 
     #[test]
     fn steps_are_whole_numbers_that_rise() {
+        assert_eq!(missing("Step", &["3", "9"]), [Ok(3), Ok(5)]);
         assert_eq!(missing(STEP, &["17", "18", "20.0", "1020"]), [Ok(17), Ok(0), Ok(1), Ok(999)]);
         assert!(missing(STEP, &["5", "5", "4"])[1..].iter().all(is_order));
         for cell in ["-1", "0.5", "1e300", "x", ""] {
@@ -364,6 +392,19 @@ mod tests {
         assert!(missing("t", &coarse).iter().all(|missing| *missing == Ok(0)));
     }
 
+    /// A hundred rows a second on a clock of tenths; of rows 400 to 686 nothing is left.
+    #[test]
+    fn a_gap_shows_on_a_coarse_clock_too() {
+        let rows = (0..400).chain(687..1200);
+        let cells: Vec<String> =
+            rows.map(|row| format!("{:.1}", f64::from(row / 10) / 10.0)).collect();
+        let cells: Vec<&str> = cells.iter().map(String::as_str).collect();
+        let found = missing("t", &cells);
+        let sum: u64 = found.iter().map(|missing| missing.clone().unwrap()).sum();
+        assert!(sum.abs_diff(287) <= 10, "{sum}");
+        assert_eq!(found.iter().filter(|missing| **missing != Ok(0)).count(), 1);
+    }
+
     #[test]
     fn a_row_s_time_is_told_as_its_column_tells_it() {
         let at = |name: &str, cell: &str, steps: u64, step_s: f64| {
@@ -387,7 +428,18 @@ mod tests {
 
     #[test]
     fn columns_of_times_have_usual_names() {
-        for name in ["t", "Time", "Time [s]", "TIMESTAMP", "X_Value", "time_s", "Zeit (ms)"] {
+        for name in [
+            "t",
+            "Time",
+            "Time [s]",
+            "TIMESTAMP",
+            "X_Value",
+            "time_s",
+            "Zeit (ms)",
+            "#time",
+            "time_ns",
+            "RECORD",
+        ] {
             assert!(is_time_name(name), "{name}");
         }
         assert!(!is_time_name("temperature") && !is_time_name("ts2"));

@@ -516,7 +516,7 @@ fn clock(
         Some(name) => return column::find(header, name).map(|column| of(&column)),
         None => {}
     }
-    if let Some(step) = header.iter().find(|column| column.name == STEP) {
+    if let Some(step) = header.iter().find(|column| column.name.eq_ignore_ascii_case(STEP)) {
         return Ok(of(step));
     }
     let tells = |column: &&CsvColumn| {

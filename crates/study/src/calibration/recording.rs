@@ -1,6 +1,7 @@
 //! Divergences of recorded residuals.
 
 use diagnosis::divergence::{DivergenceBank, DivergenceOutcome};
+use diagnosis::residual::longest_gap_of_structure;
 use diagnosis::{ModuleSetup, SetupError};
 use vocabulary::Component;
 
@@ -26,6 +27,10 @@ pub struct ResidualRecording {
     components: Vec<Component>,
     bank: DivergenceBank,
     warm_up_vectors: u64,
+    /// After more missing steps the channels are learnt anew, as a diagnoser does it.
+    longest_bridged: u64,
+    /// Skipped steps in a row.
+    missing: u64,
     watched: Vec<bool>,
     last_step: Option<u64>,
     collector: Collector,
@@ -52,6 +57,8 @@ impl ResidualRecording {
         Ok(Self {
             bank,
             warm_up_vectors: setup.detection.warm_up_vectors,
+            missing: 0,
+            longest_bridged: longest_gap_of_structure(setup.step_s),
             watched: vec![false; components.len()],
             last_step: None,
             collector: Collector::new(setup, &components),
@@ -67,7 +74,7 @@ impl ResidualRecording {
 
     /// Adds the residuals of the next step, \[N\] of actuators and \[m\] of gages, in the order of
     /// [`Self::components`]. Without a number it is the successor of the previous step; windows do not extend over
-    /// missing steps. Residuals that are not finite, or whose number differs from that of the channels, count as
+    /// missing steps, and after a long gap the warm-up restarts. Residuals that are not finite, or whose number differs from that of the channels, count as
     /// missing.
     ///
     /// # Errors
@@ -82,6 +89,10 @@ impl ResidualRecording {
             self.bank.gap();
             self.collector.skip_many(step - next);
         }
+        if std::mem::take(&mut self.missing) + (step - next) > self.longest_bridged {
+            self.bank.restart();
+            self.watched.fill(false);
+        }
         self.last_step = Some(step);
         self.watch(residuals);
         Ok(())
@@ -90,6 +101,7 @@ impl ResidualRecording {
     /// Records that the residuals of the next step are missing.
     pub fn skip(&mut self) {
         self.last_step = Some(self.last_step.map_or(0, |last| last.saturating_add(1)));
+        self.missing += 1;
         self.watch(&[]);
     }
 
