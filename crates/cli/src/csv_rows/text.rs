@@ -7,6 +7,8 @@ const MAX_LINE: u64 = 16 << 20;
 const BUFFER: usize = 1 << 16;
 /// So many bytes at the beginning say the encoding.
 const LOOKED_AT: usize = 64;
+/// So much rarer is a zero in the lower half of a UTF-16 unit.
+const RARER: usize = 8;
 const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Lines of UTF-8, or of any encoding whose first half is ASCII: what is not UTF-8 is read as Latin-1.
@@ -102,8 +104,8 @@ fn utf16(head: &[u8]) -> io::Result<Option<(usize, bool)>> {
         [0xfe, 0xff, ..] => Ok(Some((2, true))),
         _ => match (zeros(0), zeros(1)) {
             (0, 0) => Ok(None),
-            (0, odd) if 2 * odd > half => Ok(Some((0, false))),
-            (even, 0) if 2 * even > half => Ok(Some((0, true))),
+            (even, odd) if 2 * odd > half && odd >= RARER * even => Ok(Some((0, false))),
+            (even, odd) if 2 * even > half && even >= RARER * odd => Ok(Some((0, true))),
             _ => Err(io::Error::other(
                 "it begins with zero bytes between others, so it is not a table of text; save it as CSV in UTF-8",
             )),
