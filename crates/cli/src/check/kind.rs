@@ -14,6 +14,8 @@ pub(crate) enum FileKind {
     Reference,
     Learned,
     Schedule,
+    /// The parameters of a plant alone.
+    Parameters,
     Zenoh,
 }
 
@@ -34,7 +36,8 @@ impl FileKind {
             let problem = "unknown kind of file: a structure has `modules`, a plant `structure` but \
                            no `module`, a diagnoser `module` and `structure`, thresholds \
                            `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
-                           learned module `change_threshold`, a schedule `faults`";
+                           learned module `change_threshold`, a schedule `faults`, parameters of a \
+                           plant `plant`";
             (None, problem.to_owned())
         })
     }
@@ -56,6 +59,8 @@ impl FileKind {
             Some(FileKind::Plant)
         } else if has("faults") {
             Some(FileKind::Schedule)
+        } else if is_table("plant") {
+            Some(FileKind::Parameters)
         } else {
             None
         }
@@ -85,6 +90,7 @@ mod tests {
         assert_eq!(kind(reference), Ok(FileKind::Reference));
         assert_eq!(kind("v = 1\nchange_threshold = 8"), Ok(FileKind::Learned));
         assert_eq!(kind("[[faults]]"), Ok(FileKind::Schedule));
+        assert_eq!(kind("[plant.loads]"), Ok(FileKind::Parameters));
         assert_eq!(FileKind::of(Path::new("x.json5"), "{"), Ok(FileKind::Zenoh));
         assert_eq!(kind("colour = 1").unwrap_err().0, None);
         assert_eq!(kind("a = 1\nb = [").unwrap_err().0, Some(2));

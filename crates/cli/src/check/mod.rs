@@ -11,6 +11,8 @@ use daemon::config::{
 };
 use diagnosis::state::Reference;
 use diagnosis::thresholds::Thresholds;
+use plant::PlantParameters;
+use serde::Deserialize;
 use settings::{ConfigError, ConfigErrors, SettingsFile};
 use truss::Structure;
 
@@ -21,8 +23,8 @@ use kind::FileKind;
 /// Check configuration files and certificates without starting anything
 ///
 /// Reports what each file is and every mistake in it and in the files that it names. Knows structures,
-/// plants, diagnosers, thresholds, references, learned modules, schedules and Zenoh settings; which of these a file is follows
-/// from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
+/// plants, diagnosers, thresholds, references, learned modules, schedules, parameters of a plant and Zenoh settings; which of these a
+/// file is follows from its content. Of a directory that `trusswatch pki issue` has made, the certificate and the key are
 /// checked.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
@@ -60,8 +62,27 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         FileKind::Schedule => {
             Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len()))
         }
+        FileKind::Parameters => parameters(file),
         FileKind::Zenoh => zenoh_settings::check_settings(file),
     }
+}
+
+/// What `trusswatch new --plant` takes. Nodes that it names are those of a structure that is not known here.
+fn parameters(file: &Path) -> Result<String, ConfigErrors> {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct ParametersAlone {
+        plant: PlantParameters,
+    }
+    let document = SettingsFile::read(file)?;
+    let ParametersAlone { plant } = document.parse()?;
+    let mut errors = ConfigErrors(Vec::new());
+    for error in plant.check().err().map(|errors| errors.0).unwrap_or_default() {
+        let place: Vec<&str> = ["plant"].into_iter().chain(error.parameter.split('.')).collect();
+        errors.add(file, document.line(&place), &error);
+    }
+    document.check_numbers(&mut errors);
+    errors.or("parameters of a plant, for `trusswatch new --plant`".to_owned())
 }
 
 fn mistake(file: &Path, line: Option<usize>, problem: impl ToString) -> ConfigErrors {

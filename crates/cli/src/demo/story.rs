@@ -56,7 +56,7 @@ const STORIES: [(&str, usize, usize, Fault, f64); 7] = [
         "a gage drifts at random",
         0,
         6,
-        Fault::RandomWalk { drift_m_per_s: 2e-5, increment_m: 2e-6 },
+        Fault::RandomWalk { drift_m_per_s: 2e-5, increment_m: 4e-6 },
         REPAIRED_AFTER_S,
     ),
     (
