@@ -411,13 +411,14 @@ fn a_structure_drawn_at_random_is_diagnosed() {
     check(&[diagnose(&draw(SMALL), 24, 14, 2)]);
 }
 
-/// `TRUSSWATCH_STRUCTURE=bridge.toml`, and `TRUSSWATCH_PLANT=traffic.toml` for its loads.
+/// The bridge to start from, or `TRUSSWATCH_STRUCTURE=bridge.toml`, and `TRUSSWATCH_PLANT=traffic.toml` for its loads.
 #[test]
-#[ignore = "takes minutes, and needs a description"]
+#[ignore = "takes minutes"]
 fn a_described_structure_is_diagnosed() {
     let read =
         |name: &str| std::env::var(name).ok().map(|file| std::fs::read_to_string(file).unwrap());
-    let Some(text) = read("TRUSSWATCH_STRUCTURE") else { return };
+    let bridge = include_str!("../../../configs/templates/bridge.toml");
+    let text = read("TRUSSWATCH_STRUCTURE").unwrap_or_else(|| bridge.to_owned());
     let structure = Structure::from_toml(&text).unwrap_or_else(|errors| panic!("{errors}"));
     let parameters = read("TRUSSWATCH_PLANT").map_or_else(PlantParameters::default, |text| {
         let mut table: toml::Table = text.parse().unwrap();
