@@ -105,10 +105,10 @@ pub struct DiagnoserGroup {
     diagnosers: Vec<Diagnoser>,
     occurrences: Vec<RigEvent>,
     actions: Vec<Action>,
-    /// Every question put so far, by token: asker, peer and question.
-    asked: Vec<(usize, ModuleName, StateQuestion)>,
-    /// Those that are not answered yet, and who is to answer.
-    unanswered: BTreeMap<u64, usize>,
+    /// How many questions have been put.
+    asked: u64,
+    /// Those that are not answered yet, by token: who is to answer, the asker, the peer's name and the question.
+    unanswered: BTreeMap<u64, (usize, usize, ModuleName, StateQuestion)>,
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
     identify: Option<fn(&Excerpt) -> IdentificationResult>,
@@ -127,7 +127,7 @@ impl DiagnoserGroup {
             setups,
             occurrences: Vec::new(),
             actions: Vec::new(),
-            asked: Vec::new(),
+            asked: 0,
             unanswered: BTreeMap::new(),
             identify: None,
         })
@@ -182,11 +182,8 @@ impl DiagnoserGroup {
         let mut successor = diagnoser(self.setups[place].clone())?;
         successor.recall(self.stores[place].memory(&self.diagnosers[place]));
         self.diagnosers[place] = successor;
-        let of_it = self.unanswered.extract_if(.., |_, target| *target == place);
-        for token in of_it.map(|(token, _)| token).collect::<Vec<_>>() {
-            let Some((asker, peer, question)) = self.asked.get(token as usize).cloned() else {
-                continue;
-            };
+        let of_it = self.unanswered.extract_if(.., |_, (target, ..)| *target == place);
+        for (_, (_, asker, peer, question)) in of_it.collect::<Vec<_>>() {
             self.pass(asker, Event::Unanswered { peer, question, failure: PeerFailure::Absent });
         }
         kept.for_each(|sample| self.take_sample(place, sample));
@@ -260,14 +257,13 @@ impl DiagnoserGroup {
                     let failure = PeerFailure::Absent;
                     return Some((actor, Event::Unanswered { peer, question, failure }));
                 };
-                let token = QuestionToken(self.asked.len() as u64);
-                self.unanswered.insert(token.0, target);
-                self.asked.push((actor, peer, question));
+                let token = QuestionToken(self.asked);
+                self.asked += 1;
+                self.unanswered.insert(token.0, (target, actor, peer, question));
                 Some((target, Event::Asked { token, question }))
             }
             Action::Answer { token, answer } => {
-                self.unanswered.remove(&token.0);
-                let asker = self.asked.get(usize::try_from(token.0).ok()?)?.0;
+                let (_, asker, ..) = self.unanswered.remove(&token.0)?;
                 if answer.question.window.is_none() {
                     self.occurrences.push(RigEvent::Question {
                         asker: self.diagnosers.get(asker)?.module().clone(),
@@ -280,9 +276,7 @@ impl DiagnoserGroup {
                 Some((asker, Event::Answered(answer)))
             }
             Action::Refuse { token, refusal } => {
-                self.unanswered.remove(&token.0);
-                let (asker, peer, question) =
-                    self.asked.get(usize::try_from(token.0).ok()?)?.clone();
+                let (_, asker, peer, question) = self.unanswered.remove(&token.0)?;
                 let failure = diagnosis::PeerFailure::Refused(refusal.to_string());
                 Some((asker, Event::Unanswered { peer, question, failure }))
             }
