@@ -263,7 +263,7 @@ impl Thresholds {
     }
 }
 
-/// FNV-1a of what `give` gives.
+/// FNV-1a hash of the bytes that `give` passes to its callback.
 fn fingerprint(give: impl FnOnce(&mut dyn FnMut(&[u8]))) -> String {
     let mut hash: u64 = 0xcbf2_9ce4_8422_2325;
     give(&mut |bytes| {

@@ -18,7 +18,7 @@ use vocabulary::{ActuatorName, GageName, ModuleName};
 
 /// A pair of a cylinder and a gage matters if its effect is at least this share of the gage's largest.
 const MATTERS: f64 = 0.1;
-/// Share of the largest effect of all below which an effect is none.
+/// Effects below this share of the largest effect are ignored.
 const ROUNDING: f64 = 1e-6;
 /// A local model that misses more than this share of an effect is to be warned of.
 const MOST_MISSED: f64 = 1.0 / 3.0;
@@ -61,7 +61,7 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Share of the effect that the local model predicts; 1 is right, infinite if there is none in the whole.
+    /// Share of the effect that the local model predicts; 1 is exact, infinite if the whole structure has no such effect.
     #[must_use]
     pub fn share(&self) -> f64 {
         self.local_m_per_n / self.whole_m_per_n

@@ -13,8 +13,8 @@ use super::{NominalData, origin};
 use crate::failure::Failure;
 use crate::progress::WorkProgress;
 
-/// Factor on the largest effect from which on a change is none. The divergence grows with the fourth power of a fault's
-/// size, so it covers effects one and a half times as large.
+/// A change this many times the largest measured effect is not treated as an effect. The divergence grows with the
+/// fourth power of a fault's size, so it covers effects one and a half times as large.
 const MARGIN: f64 = 4.0;
 /// Factor on the time between a fault and its effects, and the least effect time as a share of the interval: late effects
 /// are rare, and when a fault leaves the interval the oscillation that followed it leaves a little later.

@@ -91,7 +91,7 @@ fn read_on(
 /// How many bytes say that it is UTF-16, none if only its zero bytes do, and whether it is big-endian.
 ///
 /// # Errors
-/// It is no text, or UTF-32.
+/// The bytes are binary, or UTF-32.
 fn utf16(head: &[u8]) -> io::Result<Option<(usize, bool)>> {
     let head = &head[..head.len().min(LOOKED_AT)];
     let zeros = |from: usize| head.iter().skip(from).step_by(2).filter(|byte| **byte == 0).count();

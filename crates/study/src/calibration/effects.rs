@@ -1,7 +1,7 @@
-//! How large and how late the effects of faults are: from which ratio on a change is none.
+//! Measures how large the effects of faults are, and how late they appear.
 //!
 //! A fault moves other components: a hard-over through the structure, a gage through the controller. Both depend on
-//! the structure, so the ratio that no effect reaches, and the time after which there is none any more, are measured
+//! the structure, so the ratio that no effect exceeds, and the time after which no effect appears, are measured
 //! like thresholds: on plants that differ from the nominal model, with a fault in each component.
 
 use std::sync::atomic::AtomicBool;
