@@ -6,7 +6,9 @@ use std::time::Duration;
 
 use daemon::config::Schedule;
 use nix::sys::signal::Signal;
+use recording::Recording;
 use serde_json::Value;
+use system_tests::cut_link::CutLink;
 use system_tests::deployment::{Deployment, MODULES};
 use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::observer::Observer;
@@ -14,7 +16,7 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::scenarios::{self, ONSET, STEPS};
-use system_tests::{in_time, turn};
+use system_tests::{folder, in_time, turn};
 use vocabulary::{RunId, fault::Fault};
 
 const RUN: RunId = RunId(7);
@@ -129,6 +131,54 @@ async fn the_last_samples_of_a_run_are_recorded_though_their_link_was_cut() {
     let verified = recorded.verify().await;
     println!("with a link that was cut near the end: {verified:?}");
     assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+/// It hears what the diagnosers have taken, and the plant still has it.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_that_reaches_the_plant_after_its_last_sample_fetches_all() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    deployment.patient_but_for_leases();
+    let link = CutLink::to(&deployment.endpoints[0]).await;
+    link.cut();
+    let diagnosers = deployment.start_diagnosers();
+    let (mut endpoints, logs) = (deployment.endpoints.clone(), folder::temporary());
+    endpoints[0] = link.endpoint();
+    let recorder = Recorder::start_of("tower", &endpoints, logs.path());
+    recorder.hears(&MODULES).await;
+    let observer = Observer::of(&deployment).await;
+    let plant = deployment.start_plant("max", STEPS, 907, RUN);
+    PlantClock::of(&observer).await.reach(RUN, STEPS - 1).await;
+    link.mend();
+    let recorded = Recorded { recorder, diagnosers, plant, observer, deployment };
+    let verified = recorded.verify().await;
+    assert!(verified.verdicts > 0 && verified.divergences > 20, "{verified:?}");
+}
+
+/// None came that would show what is missing, but the diagnosers say what they have taken.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn of_a_plant_out_of_reach_every_sample_is_counted_as_lost() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let diagnosers = deployment.start_diagnosers();
+    let logs = folder::temporary();
+    let mut recorder = Recorder::start_of("tower", &deployment.endpoints[1..], logs.path());
+    recorder.hears(&MODULES).await;
+    let mut plant = deployment.start_plant("max", STEPS, 906, RUN);
+    assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
+    for diagnoser in diagnosers {
+        diagnoser.stop().await;
+    }
+    recorder.end().await;
+    let file = recorder.files().pop().unwrap();
+    let metadata = Recording::open(&file).unwrap().metadata().unwrap();
+    let losses = metadata.iter().find(|one| one.name == "losses").unwrap();
+    for module in MODULES {
+        let lost = losses.values.get(&format!("trusswatch/tower/{module}/sample"));
+        let lost: u64 = lost.map_or(0, |count| count.parse().unwrap());
+        // Those before the first progress count as published before the recorder started.
+        assert!((STEPS - 500..=STEPS).contains(&lost), "{lost} {}", recorder.process().log());
+    }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

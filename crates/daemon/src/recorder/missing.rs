@@ -1,7 +1,8 @@
 //! Which messages are missing: samples are counted by steps of a run, inputs by numbers of a process.
 //!
 //! A gap shows when a later message arrives. After the last sample of a run none does, so what its diagnoser says
-//! counts as well: it has taken a step, so the sample of that step was published. The two come over different links, so
+//! counts as well: it has taken a step, so the sample of that step was published. It counts even if no sample of the run
+//! ever came: the plant may be out of reach, or have been until its last sample. The two come over different links, so
 //! the sample has [`GRACE`] to arrive.
 
 use std::collections::BTreeMap;
@@ -9,7 +10,7 @@ use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use recording::Stamp;
-use vocabulary::{Key, ModuleName, StructureName, Topic, delivery::Gaps};
+use vocabulary::{Key, Topic, delivery::Gaps};
 
 /// Runs or processes of one topic that are remembered.
 const EPOCHS: usize = 4;
@@ -65,8 +66,10 @@ pub(super) struct NumberedStreams(BTreeMap<String, Vec<NumberedStream>>);
 #[derive(Debug)]
 struct NumberedStream {
     epoch: u64,
-    /// The first published since the recorder started; missing earlier ones are not a loss.
-    first: u64,
+    /// The first that is known to have been published since the recorder started; missing earlier ones are not a loss.
+    first: Option<u64>,
+    /// Did any come?
+    has_begun: bool,
     gaps: Gaps,
     /// The latest step that a diagnoser has taken though its sample had not arrived, and when it first said so.
     taken: Option<(u64, Instant)>,
@@ -102,7 +105,11 @@ impl NumberedStreams {
     /// A message that was published. One that came before is written once more: it was published twice.
     pub(super) fn published(&mut self, topic: &str, stamp: &Stamp) -> Noted {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Noted::PLAIN };
-        let (stream, begins) = self.stream(topic, epoch, counting, at);
+        let stream = self.stream(topic, epoch, counting);
+        let begins = !stream.has_begun;
+        if begins {
+            stream.first = Some(stream.first.map_or(at, |first| first.min(at)));
+        }
         stream.take(at);
         let gap = stream.gap(topic, counting);
         Noted { is_new: true, begins, gap }
@@ -111,21 +118,30 @@ impl NumberedStreams {
     /// A message that was asked for. What is missing before it has been asked for as well.
     pub(super) fn fetched(&mut self, topic: &str, stamp: &Stamp) -> Noted {
         let Some((counting, epoch, at)) = placed(topic, stamp) else { return Noted::PLAIN };
-        let (stream, begins) = self.stream(topic, epoch, counting, at);
-        let is_new = begins || stream.take(at);
+        let stream = self.stream(topic, epoch, counting);
+        let begins = !stream.has_begun;
+        stream.first.get_or_insert(at);
+        let is_new = stream.take(at);
         while stream.gap(topic, counting).is_some() {}
         if is_new { Noted { begins, ..Noted::PLAIN } } else { Noted::KNOWN }
     }
 
-    /// A diagnoser says on another topic of its module which step it has taken.
-    pub(super) fn said(&mut self, topic: &str, stamp: &Stamp, now: Instant) {
+    /// A diagnoser says on another topic of its module which step it has taken; its samples matter if they are recorded.
+    pub(super) fn said(
+        &mut self,
+        topic: &str,
+        stamp: &Stamp,
+        now: Instant,
+        is_recorded: impl FnOnce(&str) -> bool,
+    ) {
         let Some((run, step)) = stamp.run.zip(stamp.step) else { return };
         let Ok(Key::Module { structure, module, topic }) = topic.parse() else { return };
         if !matches!(topic, Topic::Progress | Topic::Status) {
             return;
         }
-        if let Some(stream) = self.samples_of(&structure, &module, run) {
-            stream.taken_by_diagnoser(step, now);
+        let topic = Key::of_module(&structure, &module, Topic::Sample).to_string();
+        if self.has(&topic, run) || is_recorded(&topic) {
+            self.stream(&topic, run, Counting::Steps).taken_by_diagnoser(step, now);
         }
     }
 
@@ -133,7 +149,9 @@ impl NumberedStreams {
     pub(super) fn overdue(&mut self, now: Instant) -> Vec<MissingRange> {
         let mut gaps = Vec::new();
         for (topic, streams) in &mut self.0 {
-            gaps.extend(streams.iter_mut().filter_map(|stream| stream.overdue(topic, now)));
+            for stream in streams {
+                gaps.extend(stream.overdue(topic, now));
+            }
         }
         gaps
     }
@@ -145,14 +163,8 @@ impl NumberedStreams {
         })
     }
 
-    fn samples_of(
-        &mut self,
-        structure: &StructureName,
-        module: &ModuleName,
-        run: u64,
-    ) -> Option<&mut NumberedStream> {
-        let topic = Key::of_module(structure, module, Topic::Sample).to_string();
-        self.0.get_mut(&topic)?.iter_mut().find(|stream| stream.epoch == run)
+    fn has(&self, topic: &str, epoch: u64) -> bool {
+        self.0.get(topic).is_some_and(|streams| streams.iter().any(|one| one.epoch == epoch))
     }
 
     /// How many of these never came.
@@ -163,26 +175,24 @@ impl NumberedStreams {
         stream.map_or(0, |stream| count(stream.gaps.give_up(gap.from..gap.to.saturating_add(1))))
     }
 
-    fn stream(
-        &mut self,
-        topic: &str,
-        epoch: u64,
-        counting: Counting,
-        at: u64,
-    ) -> (&mut NumberedStream, bool) {
+    fn stream(&mut self, topic: &str, epoch: u64, counting: Counting) -> &mut NumberedStream {
         let streams = self.0.entry(topic.to_owned()).or_default();
-        if let Some(index) = streams.iter().position(|stream| stream.epoch == epoch) {
-            return (&mut streams[index], false);
-        }
-        if streams.len() >= EPOCHS {
-            streams.remove(0);
-        }
-        let gaps = Gaps::starting_at(counting.first());
-        let mut stream = NumberedStream { epoch, first: at, gaps, taken: None };
-        stream.take(at);
-        streams.push(stream);
-        let last = streams.len() - 1;
-        (&mut streams[last], true)
+        let known = streams.iter().position(|stream| stream.epoch == epoch);
+        let index = known.unwrap_or_else(|| {
+            if streams.len() >= EPOCHS {
+                streams.remove(0);
+            }
+            let gaps = Gaps::starting_at(counting.first());
+            streams.push(NumberedStream {
+                epoch,
+                first: None,
+                has_begun: false,
+                gaps,
+                taken: None,
+            });
+            streams.len() - 1
+        });
+        &mut streams[index]
     }
 }
 
@@ -199,8 +209,16 @@ fn count(numbers: impl IntoIterator<Item = Range<u64>>) -> u64 {
 impl NumberedStream {
     /// Notes that a message came. False if it came before.
     fn take(&mut self, at: u64) -> bool {
-        self.gaps.skip_to(at.saturating_sub(REMEMBERED));
+        self.has_begun = true;
+        self.know_of(at);
         self.gaps.take(at)
+    }
+
+    /// All before this place were published; those before the recorder are a gap of their own.
+    fn know_of(&mut self, end: u64) {
+        self.gaps.skip_to(end.saturating_sub(REMEMBERED));
+        self.gaps.know_of(self.first.map_or(end, |first| first.min(end)));
+        self.gaps.know_of(end);
     }
 
     /// What is missing and has not been asked for.
@@ -208,29 +226,35 @@ impl NumberedStream {
         let numbers = self.gaps.ask()?;
         let (topic, epoch, from, to) =
             (topic.to_owned(), self.epoch, numbers.start, numbers.end - 1);
-        Some(MissingRange { topic, counting, epoch, from, to, is_past: to < self.first })
+        let is_past = self.first.is_none_or(|first| to < first);
+        Some(MissingRange { topic, counting, epoch, from, to, is_past })
     }
 
     fn taken_by_diagnoser(&mut self, step: u64, now: Instant) {
         let next = self.gaps.end();
         // No publisher keeps messages further ahead, and no diagnoser can have taken them.
-        if step < next || step - next > REMEMBERED {
+        if step < next || step - next > REMEMBERED && self.first.is_some() {
             return;
         }
+        // It may have taken this one long ago.
+        self.first.get_or_insert(step.saturating_add(1));
         // The first that has not arrived keeps its time.
         let first_said = self.taken.filter(|(taken, _)| *taken >= next).map(|(_, at)| at);
         self.taken = Some((step, first_said.unwrap_or(now)));
     }
 
-    fn overdue(&mut self, topic: &str, now: Instant) -> Option<MissingRange> {
-        let (step, _) = self.taken.filter(|(_, said)| now.duration_since(*said) >= GRACE)?;
-        self.taken = None;
-        self.gaps.know_of(step + 1);
-        self.gap(topic, Counting::Steps)
+    fn overdue(&mut self, topic: &str, now: Instant) -> Vec<MissingRange> {
+        if let Some((step, _)) = self.taken.filter(|(_, said)| now.duration_since(*said) >= GRACE) {
+            self.taken = None;
+            self.know_of(step.saturating_add(1));
+            return std::iter::from_fn(|| self.gap(topic, Counting::Steps)).collect();
+        }
+        Vec::new()
     }
 
     fn lost(&self) -> u64 {
-        count(self.gaps.missing().filter(|numbers| numbers.start > self.first))
+        let is_lost = |numbers: &Range<u64>| self.first.is_some_and(|first| numbers.start >= first);
+        count(self.gaps.missing().filter(is_lost))
     }
 }
 
@@ -305,6 +329,10 @@ mod tests {
 
     const PROGRESS: &str = "trusswatch/tower/m/progress";
 
+    fn recorded(topic: &str) -> bool {
+        topic == TOPIC
+    }
+
     #[test]
     fn what_a_diagnoser_has_taken_and_never_came_is_missing_after_a_while() {
         let mut streams = NumberedStreams::default();
@@ -312,10 +340,10 @@ mod tests {
         for step in 0..=4433 {
             streams.published(TOPIC, &at(7, step));
         }
-        streams.said(PROGRESS, &at(7, 4433), start);
+        streams.said(PROGRESS, &at(7, 4433), start, recorded);
         assert_eq!(streams.overdue(start + 2 * GRACE), [], "it is there");
-        streams.said(PROGRESS, &at(7, 4500), start);
-        streams.said(PROGRESS, &at(7, 4799), start + GRACE / 2);
+        streams.said(PROGRESS, &at(7, 4500), start, recorded);
+        streams.said(PROGRESS, &at(7, 4799), start + GRACE / 2, recorded);
         assert_eq!(streams.overdue(start + GRACE / 2), [], "it may be on its way");
         assert_eq!(streams.overdue(start + GRACE), [gap(7, 4434, 4799, false).unwrap()]);
         assert_eq!(streams.overdue(start + 9 * GRACE), [], "once");
@@ -329,7 +357,7 @@ mod tests {
         let mut streams = NumberedStreams::default();
         let mut now = Instant::now();
         for step in 0..1000 {
-            streams.said(PROGRESS, &at(7, step), now);
+            streams.said(PROGRESS, &at(7, step), now, recorded);
             assert!(streams.published(TOPIC, &at(7, step)).is_new);
             now += GRACE / 10;
             assert_eq!(streams.overdue(now), []);
@@ -340,14 +368,58 @@ mod tests {
     fn what_cannot_be_is_no_gap() {
         let mut streams = NumberedStreams::default();
         let start = Instant::now();
-        streams.said(PROGRESS, &at(7, 5), start);
         streams.published(TOPIC, &at(7, 0));
         for topic in ["trusswatch/tower/plant/status", "trusswatch/tower/other/progress", "x"] {
-            streams.said(topic, &at(7, 9), start);
+            streams.said(topic, &at(7, 9), start, recorded);
         }
-        streams.said(PROGRESS, &at(7, u64::MAX), start);
-        streams.said(PROGRESS, &at(8, 9), start);
+        streams.said(PROGRESS, &at(7, u64::MAX), start, recorded);
         assert_eq!(streams.overdue(start + GRACE), []);
+    }
+
+    /// The plant was out of reach until its last sample, or is for ever.
+    #[test]
+    fn samples_of_which_none_came_are_missing_too() {
+        let mut streams = NumberedStreams::default();
+        let start = Instant::now();
+        streams.said(PROGRESS, &at(7, 49), start, recorded);
+        streams.said(PROGRESS, &at(7, 4199), start + GRACE / 2, recorded);
+        let (past, missed) = (gap(7, 0, 49, true).unwrap(), gap(7, 50, 4199, false).unwrap());
+        assert_eq!(streams.overdue(start + GRACE), [past.clone(), missed.clone()]);
+        streams.said(PROGRESS, &at(7, 4199), start + GRACE, recorded);
+        assert_eq!(streams.overdue(start + 9 * GRACE), [], "once");
+        assert_eq!(streams.outstanding().collect::<Vec<_>>(), [(TOPIC, 4150)]);
+        assert!(streams.fetched(TOPIC, &at(7, 49)).is_new);
+        assert!(streams.fetched(TOPIC, &at(7, 50)).is_new);
+        assert_eq!((streams.settle(&past), streams.settle(&missed)), (49, 4149));
+    }
+
+    #[test]
+    fn of_a_long_run_only_what_a_publisher_keeps_is_asked_for() {
+        let mut streams = NumberedStreams::default();
+        let start = Instant::now();
+        streams.said(PROGRESS, &at(7, 1_000_000), start, recorded);
+        let kept = 1_000_001 - REMEMBERED;
+        assert_eq!(streams.overdue(start + GRACE), [gap(7, kept, 1_000_000, true).unwrap()]);
+        streams.said(PROGRESS, &at(8, u64::MAX), start, recorded);
+        assert_eq!(streams.overdue(start + GRACE).len(), 1);
+    }
+
+    /// It was heard a little earlier than the first sample, or that was missed.
+    #[test]
+    fn a_first_sample_near_a_progress_tells_what_was_before_the_recorder() {
+        let start = Instant::now();
+        for (first, before) in
+            [(90, vec![(0, 89, true)]), (110, vec![(0, 100, true), (101, 109, false)])]
+        {
+            let mut streams = NumberedStreams::default();
+            streams.said(PROGRESS, &at(7, 100), start, recorded);
+            let published =
+                (first..120).filter_map(|step| streams.published(TOPIC, &at(7, step)).gap);
+            let expected =
+                before.into_iter().filter_map(|(from, to, is_past)| gap(7, from, to, is_past));
+            assert_eq!(published.collect::<Vec<_>>(), expected.collect::<Vec<_>>());
+            assert_eq!(streams.overdue(start + GRACE), []);
+        }
     }
 
     #[test]

@@ -29,13 +29,14 @@ const MOST_TOPICS: usize = 16_384;
 /// Why messages are not in the recording.
 const NO_ROOM: &str = "recorder queue full";
 const DISK: &str = "the disk could not be written";
-const GONE: &str = "missed, and no longer kept by their publisher";
+const GONE: &str = "missed, and their publisher no longer keeps them or is out of reach";
 const UNANSWERED: &str = "missed, and not received before the recorder ended";
 const TOO_MANY: &str = "too many topics";
 
 /// The thread that writes.
 pub(super) struct RecordingThread {
     files: RecordingFiles,
+    keys: RecordedKeys,
     shown: Arc<Mutex<RecorderReport>>,
     dropped: Dropped,
     requests: FetchRequests,
@@ -69,6 +70,7 @@ impl RecordingThread {
         let _ = files.note(metadata("recorder", about), 0);
         Self {
             files,
+            keys: keys.clone(),
             shown,
             dropped,
             requests,
@@ -121,7 +123,8 @@ impl RecordingThread {
                     // A diagnoser was started: its setup may be another one.
                     module_request(&message.topic).map(|request| self.requests.add(request));
                 }
-                self.streams.said(&message.topic, &stamp, Instant::now());
+                let is_recorded = |topic: &str| self.keys.has(topic);
+                self.streams.said(&message.topic, &stamp, Instant::now(), is_recorded);
                 let sample = message.topic.ends_with("/sample").then(|| message.topic.clone());
                 self.record(message, stamp);
                 // If a file begins with it, it is the first in there.
