@@ -62,7 +62,7 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     files::make(directory)?;
     let cases: Vec<u64> = (0..campaign.cases()).collect();
     let mut recorded = Recorded::new();
-    let progress = WorkProgress::of_runs("recordings", campaign.cases());
+    let progress = WorkProgress::new("recordings", "runs", campaign.cases());
     let keep = |case: &u64, record| {
         recorded.insert(*case, record);
         progress.advance();
