@@ -213,6 +213,26 @@ async fn a_recorder_that_is_paused_fetches_what_it_missed() {
     assert!(verified.verdicts > 0, "{verified:?}");
 }
 
+/// What was decided before is not in question.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_that_is_started_after_the_restart_of_a_diagnoser() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let mut diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    let plant = deployment.start_plant("real", ONSET + 4000, 910, RUN);
+    let clock = PlantClock::of(&observer).await;
+    clock.reach(RUN, ONSET + 500).await;
+    diagnosers[1].crash().await;
+    diagnosers[1] = deployment.start_diagnoser(1);
+    clock.reach(RUN, ONSET + 1500).await;
+    let recorder = Recorder::start(&deployment);
+    recorder.hears(&MODULES).await;
+    let verified = Recorded { recorder, diagnosers, plant, observer, deployment }.verify().await;
+    println!("after a restart: {verified:?}");
+    assert!(verified.processes == 2 && verified.divergences > 10, "{verified:?}");
+}
+
 /// It hears nothing of a whole run, after which no verdict follows that would show what is missing.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_recorder_that_is_paused_during_a_run_fetches_its_verdicts() {
