@@ -169,6 +169,12 @@ impl FaultTransition {
         alarm(self) == alarm(earlier)
     }
 
+    /// Whether it states a verdict. A reply that the state is unknown, or that there was no transition so far, states none.
+    #[must_use]
+    pub fn is_verdict(&self) -> bool {
+        self.state() != FaultState::Unknown && self.run.is_some() && self.sequence > 0
+    }
+
     /// Its place among the transitions of its module: the higher one is the later one.
     #[must_use]
     pub fn place(&self) -> (u64, u64) {
