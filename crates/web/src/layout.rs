@@ -113,6 +113,11 @@ fn attention(scene: &Scene) -> usize {
     alarms(&scene.modules).iter().filter(|row| row.urgency.needs_attention()).count()
 }
 
+/// What an open page shows instead of the state of a component or module that is in no list any more.
+pub(crate) fn not_reported() -> Markup {
+    html! { p.headline { "No longer reported; anything below was the last known." } }
+}
+
 /// The page for an unknown module or component.
 pub(crate) fn unknown(viewer: &Viewer, scene: &Scene, problem: &str) -> Response {
     let page = Page { title: "Not known", place: "", live: String::new(), viewer, scene };

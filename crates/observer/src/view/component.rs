@@ -245,9 +245,13 @@ impl Counts {
     }
 }
 
-/// Stores the state of a component unless a later one is stored. A transition does not include the comparison with the
-/// reference: the known one holds, unless it is of a time before the change.
-pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) {
+/// Most components of a module, because a client can invent names.
+pub(super) const COMPONENTS: usize = 1024;
+
+/// Stores the state of a component unless a later one is stored; false if it is a new one beyond [`COMPONENTS`]. A
+/// transition does not include the comparison with the reference: the known one holds, unless it is of a time before the
+/// change.
+pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) -> bool {
     match components.binary_search_by(|known| known.component.cmp(&state.component)) {
         Ok(place) if components[place].place() <= state.place() => {
             let known = &mut components[place];
@@ -265,8 +269,10 @@ pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTrans
             *known = state;
         }
         Ok(_) => {}
+        Err(_) if components.len() >= COMPONENTS => return false,
         Err(place) => components.insert(place, state),
     }
+    true
 }
 
 /// What was known of the comparison with the reference does not hold any more.
@@ -278,20 +284,22 @@ pub(super) fn outdate(components: &mut [FaultTransition]) {
     }
 }
 
-/// Records that a message about a component's state could not be read.
+/// Records that a message about a component's state could not be read; false if it is a new one beyond [`COMPONENTS`].
 pub(super) fn unreadable(
     components: &mut Vec<FaultTransition>,
     structure: StructureName,
     component: ComponentPath,
     unknown: Unknown,
-) {
+) -> bool {
     match components.binary_search_by(|known| known.component.cmp(&component)) {
         Ok(place) => silence(&mut components[place], &unknown),
+        Err(_) if components.len() >= COMPONENTS => return false,
         Err(place) => {
             let state = FaultTransition::untouched(structure, component, unknown.since_unix_ns);
             components.insert(place, state.while_unknown(unknown));
         }
     }
+    true
 }
 
 /// Stores the identified kind of a component's fault.
