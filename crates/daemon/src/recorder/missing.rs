@@ -20,7 +20,7 @@ const EPOCHS: usize = 4;
 const REMEMBERED: u64 = 65_536;
 
 /// How long a message may take to arrive after a diagnoser has said that it was published.
-pub(super) const GRACE: Duration = Duration::from_millis(500);
+const GRACE: Duration = Duration::from_millis(500);
 
 /// What a topic is counted by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

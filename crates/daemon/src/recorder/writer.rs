@@ -12,7 +12,7 @@ use vocabulary::{Input, ModuleConfiguration, Taken, Topic};
 
 use super::fetching::{FetchRequest, FetchRequests, module_request};
 use super::keys::RecordedKeys;
-use super::missing::{Counting, GRACE, MissingRange, NumberedStreams, Place};
+use super::missing::{Counting, MissingRange, NumberedStreams, Place};
 use super::queue::{Dropped, QueuedEvents, ReceivedMessage, RecorderEvent};
 use super::report::RecorderReport;
 use super::states::OwedStates;
@@ -101,8 +101,8 @@ impl RecordingThread {
             }
         }
         self.retry_at = None;
-        // Nothing more can be asked for: what a diagnoser has said was published is missing as well.
-        self.streams.overdue(Instant::now() + GRACE);
+        // Nothing more can be asked for: what a diagnoser has said was published, and has had its time, is missing as well.
+        self.streams.overdue(Instant::now());
         for (topic, count) in self.streams.outstanding().filter(|(_, count)| *count > 0) {
             *self.losses.entry((topic.to_owned(), UNANSWERED)).or_default() += count;
         }
