@@ -169,6 +169,12 @@ impl FaultTransition {
         alarm(self) == alarm(earlier)
     }
 
+    /// Whether its state was found before its module ceased to monitor it, and may not hold any more.
+    #[must_use]
+    pub fn is_last_known(&self) -> bool {
+        self.unknown.is_some() && self.state() != FaultState::Unknown
+    }
+
     /// Its place among the transitions of its module: the higher one is the later one.
     #[must_use]
     pub fn place(&self) -> (u64, u64) {
