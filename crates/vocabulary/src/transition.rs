@@ -74,7 +74,7 @@ pub struct FaultTransition {
     pub onset_step: Option<Step>,
     /// When the divergence reached its threshold.
     pub detection_step: Option<Step>,
-    /// As of which step the state was found.
+    /// As of which step the state was found, or an operator reset it; acknowledging leaves it.
     pub decided_step: Option<Step>,
     /// The channel at the detection.
     pub evidence: Option<Evidence>,
@@ -105,6 +105,7 @@ pub struct FaultTransition {
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     pub durable: bool,
     /// Since when the component has been in this state \[ns since 1970\]: when its alarm began, whatever was ordered later.
+    /// 0 if it has never been in another, and only its alarm was shelved or suppressed.
     pub since_unix_ns: u64,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
