@@ -84,7 +84,9 @@ mod tests {
     fn results_come_in_the_order_of_the_items() {
         let items: Vec<u64> = (0..50).collect();
         let count = AtomicUsize::new(0);
-        let done = || drop(count.fetch_add(1, Ordering::Relaxed));
+        let done = || {
+            count.fetch_add(1, Ordering::Relaxed);
+        };
         let squares = map(&items, 3, |item| Ok::<_, String>(item * item), &done).unwrap();
         assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
         assert_eq!(count.into_inner(), 50);

@@ -100,7 +100,9 @@ impl Structures {
     /// Records an event; returns it with its number and time.
     pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<ObservedEvent> {
         match &news {
-            News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
+            News::Fault(state) | News::Present(state) => {
+                self.state((**state).clone(), None, now_unix_ns);
+            }
             News::Identification(found) => {
                 if let Some(module) = self.module(&found.structure, &found.module) {
                     component::identify(&mut module.components, found);
@@ -136,7 +138,9 @@ impl Structures {
         self.last_event += 1;
         let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
         let event = Arc::new(event);
-        keep(&mut self.events, event.clone(), EVENTS);
+        if event.news.is_shown() {
+            keep(&mut self.events, event.clone(), EVENTS);
+        }
         event
     }
 
@@ -301,7 +305,7 @@ impl Structures {
             let heard = view.heard_unix_ns;
             view.is_cut_off = match self.network {
                 NetworkState::CutOff(_) | NetworkState::Failed(_) | NetworkState::Closed => true,
-                NetworkState::Opening => false,
+                NetworkState::Opening => heard == 0,
                 // Only a running module that does not answer now has not answered since the connection is back.
                 NetworkState::Open => {
                     (1..self.open_unix_ns).contains(&heard) && !is_over(self.open_unix_ns)
@@ -703,6 +707,14 @@ mod tests {
         let shown = structures.scene(1, 99 * SECOND);
         let unknown = shown.modules[0].components[0].unknown.clone().unwrap();
         assert_eq!(unknown.since_unix_ns, 9 * SECOND, "and not since 1970");
+    }
+
+    #[test]
+    fn before_the_first_connection_no_module_is_said_not_to_answer() {
+        let structures = Structures::new(None, vec!["m1".parse().unwrap()]);
+        let scene = structures.scene(1, 9 * SECOND);
+        assert_eq!(scene.modules[0].condition(), "NOT KNOWN");
+        assert_eq!(scene.summary(), "not connected yet; all components unknown");
     }
 
     #[test]
