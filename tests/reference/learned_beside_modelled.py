@@ -21,7 +21,10 @@ GOOD = {"normal", "unknown", "not_judged"}
 
 def call(program, *words):
     print("+", program, *words[:4], "…", flush=True)
-    return subprocess.run([program, *map(str, words)], check=True, capture_output=True, text=True).stdout
+    done = subprocess.run([program, *map(str, words)], capture_output=True, text=True)
+    if done.returncode:
+        raise SystemExit(done.stderr)
+    return done.stdout
 
 
 def component(column):
@@ -94,7 +97,7 @@ def main():
     }
 
     outcomes = collections.defaultdict(collections.Counter)
-    delays, sizes = collections.defaultdict(list), collections.defaultdict(list)
+    sizes = collections.defaultdict(list)
     with open(tables / "truth.csv") as file:
         for row in csv.DictReader(file):
             if not row["component"]:

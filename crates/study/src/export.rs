@@ -89,7 +89,7 @@ fn record(rig: &Rig, step: Step, readings: bool, faults: &[TimedFault]) -> Vec<S
         let measured = (sample.demands_n.iter().zip(&sample.pressures_pa))
             .map(|(demand, [a, b])| vec![*demand, *a, *b])
             .chain(sample.elongations_m.iter().map(|elongation| vec![*elongation]));
-        for (evidence, measured) in diagnoser.evidence().into_iter().zip(measured) {
+        for (evidence, measured) in diagnoser.evidence().iter().zip(measured) {
             row.push(format!("{:e}", evidence.residual));
             row.extend(measured.iter().filter(|_| readings).map(|value| format!("{value:e}")));
         }
