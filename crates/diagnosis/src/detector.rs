@@ -85,7 +85,7 @@ pub struct ChannelReading {
     pub divergence: Option<f64>,
     /// Has the divergence risen to the threshold, after the warm-up, and not become quiet since?
     pub change: bool,
-    /// The change comes of what is leaving the interval, not of what enters it.
+    /// An earlier change that leaves the interval causes this one, not the new samples.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leaving: bool,
     /// The channel was restarted.
@@ -146,7 +146,7 @@ struct GroupDetector {
     monitors: Vec<Monitor>,
     /// Is a change told from one that leaves the interval?
     marks_leaving: bool,
-    /// Does the present change of each channel come of what is leaving the interval?
+    /// Whether samples that leave the interval cause the present change of each channel.
     leaving: Vec<bool>,
     /// The latest value of each channel.
     latest: Vec<f64>,

@@ -262,7 +262,7 @@ impl<'a> World<'a> {
             let key = (state, message.detection_step.unwrap());
             let begins = self.since.get(&message.component).is_none_or(|(known, _)| *known != key);
             if begins {
-                // Before its first change nobody knows since when it has been normal: its alarm alone was shelved.
+                // Shelving precedes its first change, so nothing tells since when it has been normal.
                 let is_first = !self.since.contains_key(&message.component);
                 let is_known = !is_first || message.state() != FaultState::Normal;
                 let since = is_known.then(|| unix_ns(self.now));

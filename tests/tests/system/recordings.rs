@@ -17,7 +17,7 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::scenarios::{self, ONSET, STEPS};
-use system_tests::{folder, in_time, turn};
+use system_tests::{in_time, turn};
 use vocabulary::{FaultTransition, ModuleStatus, RunId, fault::Fault};
 
 const RUN: RunId = RunId(7);
@@ -143,9 +143,7 @@ async fn a_recorder_that_reaches_the_plant_after_its_last_sample_fetches_all() {
     let link = CutLink::to(&deployment.endpoints[0]).await;
     link.cut();
     let diagnosers = deployment.start_diagnosers();
-    let (mut endpoints, logs) = (deployment.endpoints.clone(), folder::temporary());
-    endpoints[0] = link.endpoint();
-    let recorder = Recorder::start_of("tower", &endpoints, logs.path());
+    let recorder = Recorder::start_through(&deployment, 0, &link);
     recorder.hears(&MODULES).await;
     let observer = Observer::of(&deployment).await;
     let plant = deployment.start_plant("max", STEPS, 907, RUN);
@@ -162,8 +160,7 @@ async fn of_a_plant_out_of_reach_every_sample_is_counted_as_lost() {
     let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_tower(&with_effects());
     let diagnosers = deployment.start_diagnosers();
-    let logs = folder::temporary();
-    let mut recorder = Recorder::start_of("tower", &deployment.endpoints[1..], logs.path());
+    let mut recorder = Recorder::start_at(&deployment, &deployment.endpoints[1..]);
     recorder.hears(&MODULES).await;
     let mut plant = deployment.start_plant("max", STEPS, 906, RUN);
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
@@ -262,9 +259,7 @@ async fn verdicts_while_a_link_is_cut_are_fetched_from_the_journal() {
     deployment.patient_but_for_leases();
     let link = CutLink::to(&deployment.endpoints[2]).await;
     let diagnosers = deployment.start_diagnosers();
-    let (mut endpoints, logs) = (deployment.endpoints.clone(), folder::temporary());
-    endpoints[2] = link.endpoint();
-    let recorder = Recorder::start_of("tower", &endpoints, logs.path());
+    let recorder = Recorder::start_through(&deployment, 2, &link);
     recorder.hears(&MODULES).await;
     let observer = Observer::of(&deployment).await;
     let last = ONSET + 4000;

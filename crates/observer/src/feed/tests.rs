@@ -482,19 +482,7 @@ fn several_processes_are_reported_once_for_as_long_as_there_are_several() {
 }
 
 fn phase(time_unix_ns: u64) -> PhaseChange {
-    let (structure, module) = key();
-    PhaseChange {
-        structure,
-        module,
-        phase: ModulePhase::InService,
-        number: 1,
-        not_monitored: std::collections::BTreeMap::new(),
-        before: None,
-        run: None,
-        step: None,
-        reason: String::new(),
-        time_unix_ns,
-    }
+    testing::phase_change(ModulePhase::InService, time_unix_ns)
 }
 
 fn identification(kind: FaultKind, time_unix_ns: u64) -> Identification {

@@ -78,7 +78,7 @@ fn sign(state: &FaultTransition) -> &'static str {
 }
 
 fn measured(state: &FaultTransition) -> DetectionFacts {
-    // The latest change of what is normal or unknown has ended; its steps are those of an event.
+    // The last change of a normal or unknown component is over: its steps belong in the list of events.
     if matches!(state.state(), FaultState::Normal | FaultState::Unknown) {
         let reference = Some(reference(state.condition.as_ref()));
         return DetectionFacts { reference, ..DetectionFacts::default() };
@@ -178,7 +178,7 @@ pub(super) fn is_noteworthy(state: &FaultTransition) -> bool {
     state.aside().is_some() || !matches!(state.state(), FaultState::Normal | FaultState::Unknown)
 }
 
-/// Why there is no freeze frame of a component without a declared fault.
+/// Says why a component without a declared fault has no freeze frame.
 #[must_use]
 pub fn why_no_fault(state: &FaultTransition) -> &'static str {
     match state.state() {

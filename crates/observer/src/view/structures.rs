@@ -42,8 +42,8 @@ struct ReportedComponents {
 }
 
 impl ReportedComponents {
-    /// Its answer is complete. What it has not named for long is no longer in its configuration, or never was; one answer
-    /// may lack some that come late.
+    /// Removes components that a module has not reported in [`COMPONENT_FORGOTTEN_AFTER`] complete answers: they were
+    /// removed from its configuration, or never existed. A single answer may lack components whose replies come late.
     fn answered(&mut self, components: &mut Vec<FaultTransition>) {
         let named = std::mem::take(&mut self.named);
         components.retain(|state| {
@@ -353,7 +353,7 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use vocabulary::{Condition, Obstacle, PhaseChange, Step};
+    use vocabulary::{Condition, Obstacle, Step};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -371,18 +371,7 @@ mod tests {
     }
 
     fn phase(phase: ModulePhase, time_unix_ns: u64) -> News {
-        News::Phase(PhaseChange {
-            structure: "tower".parse().unwrap(),
-            module: "m1".parse().unwrap(),
-            phase,
-            number: 1,
-            not_monitored: std::collections::BTreeMap::new(),
-            before: None,
-            run: None,
-            step: None,
-            reason: String::new(),
-            time_unix_ns,
-        })
+        News::Phase(testing::phase_change(phase, time_unix_ns))
     }
 
     fn state(scene: &Scene) -> FaultState {

@@ -4,14 +4,13 @@ use std::time::Duration;
 
 use vocabulary::words::Tone;
 use vocabulary::{
-    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, PhaseChange, StructureName,
-    Unknown,
+    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, StructureName, Unknown,
 };
 
 use super::*;
 use crate::testing::{
-    acknowledged, agreeing, at, identification, journaled, module, mute, scene, shelved, state,
-    suppressed,
+    acknowledged, agreeing, at, identification, journaled, module, mute, phase_change, scene,
+    shelved, state, suppressed,
 };
 
 const SECOND: u64 = 1_000_000_000;
@@ -87,19 +86,8 @@ fn what_is_shelved_or_suppressed_does_not_count_and_the_rest_does() {
 fn without_a_status_only_a_structure_whose_modules_are_expected_is_well() {
     let without_status = |expected| {
         let mut one = in_service(vec![normal()]);
-        let status = one.status.take().unwrap();
-        one.phase_change = Some(PhaseChange {
-            structure: status.structure,
-            module: status.module,
-            phase: ModulePhase::InService,
-            number: 1,
-            not_monitored: std::collections::BTreeMap::new(),
-            before: None,
-            run: None,
-            step: None,
-            reason: String::new(),
-            time_unix_ns: 1,
-        });
+        one.status = None;
+        one.phase_change = Some(phase_change(ModulePhase::InService, 1));
         ModuleView { expected, ..one }
     };
     assert!(!is_well(vec![without_status(false)]));
@@ -354,18 +342,7 @@ fn what_a_dead_module_reported_is_called_the_last_known() {
 #[test]
 fn a_module_that_does_not_answer_is_not_said_to_do_so_since_it_entered_service() {
     let mut present = module("m1", ModulePhase::InService, Vec::new());
-    present.phase_change = Some(PhaseChange {
-        structure: "tower".parse().unwrap(),
-        module: "m1".parse().unwrap(),
-        phase: ModulePhase::InService,
-        number: 1,
-        not_monitored: std::collections::BTreeMap::new(),
-        before: None,
-        run: None,
-        step: None,
-        reason: String::new(),
-        time_unix_ns: 7,
-    });
+    present.phase_change = Some(phase_change(ModulePhase::InService, 7));
     assert_eq!(
         (present.condition(), present.row().unwrap().since_unix_ns),
         ("NOT ANSWERING", None)
