@@ -235,7 +235,7 @@ pub(crate) mod shared {
     }
 }
 
-/// The same of what is there in any case.
+/// The same for a value that is never absent.
 pub(crate) mod always_shared {
     use std::sync::Arc;
 

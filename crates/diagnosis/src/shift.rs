@@ -19,7 +19,7 @@ impl Shifts {
         Self { noise, before: vec![0.0; variances.len()], in_gap: false }
     }
 
-    /// A gap begins after these residuals, unless one is not over yet.
+    /// Begins a gap after these residuals, unless one is open already.
     pub(crate) fn begin(&mut self, residuals: &[f64]) {
         if !self.in_gap {
             self.before.copy_from_slice(residuals);

@@ -17,7 +17,7 @@ use crate::{Ending, RecordingError};
 pub struct Recovered {
     /// The number of recovered messages.
     pub messages: u64,
-    /// Descriptions of what could not be recovered.
+    /// Descriptions of the parts that could not be recovered.
     pub problems: Vec<String>,
     /// How the file ended.
     pub ending: Ending,

@@ -15,7 +15,7 @@ const SET_BACK_NS: u64 = 60_000_000_000;
 pub struct Span {
     /// When it began \[ns since 1970\].
     pub since_unix_ns: u64,
-    /// When it is over \[ns since 1970\].
+    /// When it ends \[ns since 1970\].
     pub until_unix_ns: u64,
 }
 

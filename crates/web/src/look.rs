@@ -45,7 +45,7 @@ pub(crate) fn signs() -> Markup {
     }
 }
 
-/// A sign to be placed beside words.
+/// The icon of a state, shown beside its words.
 pub(crate) fn sign(class: &str) -> Markup {
     html! {
         svg.sign aria-hidden="true" focusable="false" { use href={ "#sign-" (class) } {} }

@@ -238,7 +238,7 @@ impl RecordingThread {
 
     fn ask_states(&mut self) {
         for (structure, module) in self.states.due(Instant::now()) {
-            // If there is no room for it, it is due again.
+            // If the queue is full, it stays due and is tried again.
             self.requests.add(FetchRequest::State(structure, module));
         }
     }

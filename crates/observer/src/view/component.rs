@@ -78,7 +78,7 @@ fn sign(state: &FaultTransition) -> &'static str {
 }
 
 fn measured(state: &FaultTransition) -> DetectionFacts {
-    // The last change of a normal or unknown component is over: its steps belong in the list of events.
+    // A normal or unknown component's last change has ended: its steps belong in the list of events.
     if matches!(state.state(), FaultState::Normal | FaultState::Unknown) {
         let reference = Some(reference(state.condition.as_ref()));
         return DetectionFacts { reference, ..DetectionFacts::default() };

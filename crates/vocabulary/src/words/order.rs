@@ -19,7 +19,7 @@ pub fn done(order: OrderKind) -> &'static str {
     }
 }
 
-/// That an order to a module was obeyed, and its journal has not got it.
+/// A module carried out an order but could not save it in its journal.
 #[must_use]
 pub fn not_saved(module: &str) -> String {
     format!(

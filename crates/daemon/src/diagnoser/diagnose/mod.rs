@@ -294,7 +294,7 @@ impl DiagnosisLoop {
     fn give_snapshot(&mut self, reply: &SyncSender<Snapshot>) {
         let (head, mut state) = self.executor.numbering.state(&self.diagnoser, clock::unix_ns());
         state.sample_time_unix_ns = self.latest_sample_unix_ns;
-        // Fails only when it is no longer waited for.
+        // Fails only if the asker has stopped waiting.
         let _ = reply.try_send(Snapshot { head, state, diagnoser: self.diagnoser.clone() });
     }
 

@@ -173,7 +173,7 @@ fn robust(residuals: &[f64]) -> (f64, f64) {
     (centre, spread.max(LEAST_SCALE * deviation).max(f64::MIN_POSITIVE))
 }
 
-/// Drops the neighbours of what is dropped.
+/// Drops windows next to dropped ones too.
 fn with_margin(dropped: &[Option<usize>]) -> Vec<Option<usize>> {
     let near = |k: usize| {
         let (from, to) = (k.saturating_sub(MARGIN), (k + MARGIN + 1).min(dropped.len()));

@@ -25,7 +25,7 @@ const LATEST: usize = 2;
 const BEYOND: f64 = 0.1;
 /// Factor on z'² beyond the loads seen.
 const BEYOND_MARGIN: f64 = 1.5;
-/// How far beyond its range a reading is no measurement, in ranges.
+/// A reading this many ranges beyond the learnt range is not taken as a measurement.
 const IMPLAUSIBLE: f64 = 10.0;
 /// Windows in which a channel must agree before its fault has ended.
 const AGREEING: usize = 10;

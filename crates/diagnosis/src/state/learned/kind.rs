@@ -61,7 +61,7 @@ pub struct FittedKind {
     pub kind: DisplacementKind,
     /// Is the next one clearly worse?
     pub decided: bool,
-    /// In the channel's unit: of a bias and of what is stuck; in that per second: of a drift; of a gain, its factor.
+    /// Bias and stuck reading: in the channel's unit; drift: in that unit per second; gain: the factor.
     pub size: f64,
     /// The reading that it should have had in its last window.
     pub expected: f64,
