@@ -36,8 +36,9 @@ use mixture::Mixture;
 pub const DECIDED: f64 = 0.95;
 /// Kinds below this are not mentioned.
 const MENTIONED: f64 = 0.01;
-/// How likely it is beforehand that a fault is of none of the kinds, in comparison with one of them.
-const NONE_PRIOR: f64 = 0.05;
+/// How likely it is beforehand that a fault is of none of the kinds, in comparison with one of them. Seldom enough that a
+/// slow process does not rival the bias that it resembles.
+const NONE_PRIOR: f64 = 0.001;
 
 /// A kind of fault as a hypothesis about series of this type.
 struct Hypothesis<Series> {

@@ -201,27 +201,61 @@ impl OilBalance {
         })
     }
 
-    /// What both chambers say if from a point on their balance wanders by so much in a second \[m⁶\].
-    pub(super) fn wandering_since(&self, first: usize, m6_per_s: [f64; 2]) -> LevelFilter<ALL> {
-        let walk = |place: usize| if place < first { self.walk_m6_per_s } else { m6_per_s };
+    /// What both chambers say if from a point on the balance of those affected wanders in a second by so many standard
+    /// deviations of what a chamber is measured to hold.
+    pub(super) fn wandering_since(
+        &self,
+        first: usize,
+        affected: [bool; 2],
+        deviations: f64,
+    ) -> LevelFilter<ALL> {
+        let usual = self.walk_m6_per_s;
+        let afterwards = [0, 1].map(|k| {
+            if affected[k] { deviations * deviations * self.noise_m6[k] } else { usual[k] }
+        });
+        let walk = |place: usize| if place < first { usual } else { afterwards };
         self.follow(self.points.len(), walk, |_, point| (point.sums.oil, [0.0; 2]))
     }
 
     /// What both chambers say if the valve let through what is given for each step \[m³/s\], and nothing else is wrong but
-    /// such a share of what that makes of the balance, in the end.
+    /// where its spool is: by such a share of what that flow makes of the balance, in the end. What a displaced spool lets
+    /// into A too much it lets out of B. Followed are the sum of both chambers, in which that cancels, and their difference,
+    /// weighed so that noise makes the two independent.
     pub(super) fn with_valve(&self, flow: &[f64], wrong: f64) -> LevelFilter<ALL> {
-        let oil = flows::oil(&self.hydraulics, &self.steps, flow);
+        let let_in = flows::oil(&self.hydraulics, &self.steps, flow);
         let mean = |of: &Range<usize>, k: usize| {
-            oil[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / of.len() as f64
+            let_in[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / of.len() as f64
         };
         let means: Vec<[f64; 2]> =
             self.groups.iter().map(|of| [0, 1].map(|k| mean(of, k))).collect();
         let off = |(point, mean): (&BalancePoint, &[f64; 2])| (mean[0] - point.sums.oil[0]).abs();
         let departure_m3 = self.points.iter().zip(&means).map(off).fold(0.0, f64::max);
         let all_s = self.points[self.points.len() - 1].at_s - self.points[0].at_s;
-        let wrong_m6_per_s = (wrong * departure_m3).powi(2) / all_s.max(self.grouping.step_s);
-        let walk = |_: usize| self.walk_m6_per_s.map(|walk| walk + wrong_m6_per_s);
-        self.follow(self.points.len(), walk, |place, _| (means[place], [0.0; 2]))
+        let displaced_m6_per_s = (wrong * departure_m3).powi(2) / all_s.max(self.grouping.step_s);
+
+        let [of_a, of_b] = self.noise_m6.map(|noise| noise / (self.noise_m6[0] + self.noise_m6[1]));
+        let turned = |[a, b]: [f64; 2]| [of_b * a - of_a * b, a + b];
+        let variances = |[a, b]: [f64; 2]| [of_b * of_b * a + of_a * of_a * b, a + b];
+        let noise_m6 = variances(self.noise_m6);
+        let walk_m6_per_s = variances(self.walk_m6_per_s);
+        let walk_m6_per_s = [walk_m6_per_s[0] + displaced_m6_per_s, walk_m6_per_s[1]];
+        let mut levels = noise_m6.map(first_level);
+        let mut before = self.points[0];
+        for (point, let_in) in self.points.iter().zip(means) {
+            let unsure = |k: usize| (point.sums.unsure[k] - before.sums.unsure[k]).powi(2);
+            let unsure_m6 = variances([unsure(0), unsure(1)]);
+            let held = turned([0, 1].map(|k| point.held[k] - let_in[k]));
+            let volumes = [turned([-point.held_near[0], 0.0]), turned([0.0, -point.held_near[1]])];
+            let (let_in, null) = (turned(let_in), turned(point.sums.null));
+            for (k, level) in levels.iter_mut().enumerate() {
+                let walked = walk_m6_per_s[k] * (point.at_s - before.at_s) + unsure_m6[k];
+                let regressors = [0.0, volumes[0][k], volumes[1][k], let_in[k], null[k]];
+                let noise = noise_m6[k] / point.count;
+                level.take(held[k], Walked::before(walked), noise, regressors);
+            }
+            before = *point;
+        }
+        levels[0].together(&levels[1])
     }
 
     /// What a chamber was seen to hold more than its valve was commanded to let in, and what a case makes of it, given how
@@ -296,9 +330,7 @@ impl OilBalance {
         walk_m6_per_s: impl Fn(usize) -> [f64; 2],
         at: impl Fn(usize, &BalancePoint) -> ([f64; 2], [f64; 2]),
     ) -> LevelFilter<ALL> {
-        // The first pressure's noise is in all that follows.
-        let start = |k: usize| LevelFilter::new(Prior::about_zero(2.0 * self.noise_m6[k].sqrt()));
-        let mut levels: [LevelFilter<ALL>; 2] = [start(0), start(1)];
+        let mut levels = self.noise_m6.map(first_level);
         let mut before = self.points[0];
         for (place, point) in self.points.iter().enumerate().take(count) {
             let (oil, effect) = at(place, point);
@@ -330,6 +362,11 @@ impl OilBalance {
             weighed.first().map_or(f64::NEG_INFINITY, |weighed| weighed.log_likelihood)
         }))
     }
+}
+
+/// Before the first value: its noise is in all that follows.
+fn first_level(noise_m6: f64) -> LevelFilter<ALL> {
+    LevelFilter::new(Prior::about_zero(2.0 * noise_m6.sqrt()))
 }
 
 fn mean(

@@ -27,6 +27,8 @@ const AREAS_M2: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
 /// By how much the balance wanders in a second, in standard deviations of what a chamber is measured to hold; each as
 /// likely as the others.
 const WALKS: [f64; 8] = [30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5];
+/// Which chambers wander, each as likely as the others.
+const AFFECTED: [[bool; 2]; 3] = [[true, true], [true, false], [false, true]];
 /// An open inlet is as far open as its figures say, within a tenth.
 const OPEN: Prior = Prior { mean: 1.0, deviation: 0.05 };
 
@@ -67,18 +69,22 @@ const HARD_OVER: Hypothesis<OilBalance> = Hypothesis {
     show: |balance, best| balance.signature(best, 0, |sums| sums.wide_open),
 };
 
-/// None of these: from the onset on oil comes and goes in any way, by as much in a second as is likeliest.
+/// None of these: from the onset on oil comes and goes in any way, in both chambers or in one, by as much in a second as is
+/// likeliest.
 const NONE_OF_THESE: Hypothesis<OilBalance> = Hypothesis {
     kind: IdentifiedKind::NoneOfThese,
     prior: NONE_PRIOR,
     weigh: |balance| {
         let axis = SearchAxis::new(WALKS.map(f64::ln).to_vec(), 0.0);
-        let cases = balance.over_onsets_and(&axis, f64::NEG_INFINITY, |first, place| {
-            let walk = balance.noise_m6.map(|noise| WALKS[place] * WALKS[place] * noise);
-            let level = balance.wandering_since(first, walk);
-            balance.weigh_valve(&level, Prior::about_zero(1.0)).into_iter().collect()
-        });
-        (cases, None)
+        let mut all = Mixture::default();
+        for affected in AFFECTED {
+            let cases = balance.over_onsets_and(&axis, f64::NEG_INFINITY, |first, place| {
+                let level = balance.wandering_since(first, affected, WALKS[place]);
+                balance.weigh_valve(&level, Prior::about_zero(1.0)).into_iter().collect()
+            });
+            all.extend(cases, 1.0 / AFFECTED.len() as f64);
+        }
+        (all, None)
     },
     show: |balance, best| balance.as_measured(best),
 };

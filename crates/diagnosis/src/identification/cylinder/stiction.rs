@@ -19,9 +19,9 @@ const PLACES: usize = 400;
 const AT_FIRST: f64 = 14.0;
 /// Onsets that are tried for each: where the spool stood when it began to stick matters little.
 const ONSETS: usize = 4;
-/// What is left of what sticking makes of the balance, as a share of that, and how likely it is that anything is: the spool
-/// is followed by what the pressures were measured to be once in a step.
-const MODEL_ERRORS: [f64; 2] = [0.03, 0.1];
+/// By how much more or less than a sticking spool the real one makes of the balance, as a share of that, and how likely it
+/// is that it does: one that slips a step sooner or later is elsewhere from then on.
+const MODEL_ERRORS: [f64; 4] = [0.03, 0.1, 0.3, 1.0];
 const IS_WRONG: f64 = 0.5;
 
 fn weigh(balance: &OilBalance) -> (Mixture, Option<FaultSize>) {
