@@ -138,7 +138,7 @@ impl Observer {
     pub async fn faults(&self) -> Faults {
         let (sender, arrivals) = unbounded_channel();
         let take = move |news| {
-            if let News::Fault(transition) = news {
+            if let News::Fault(transition) | News::Present(transition) = news {
                 // There is no receiver any more when a test is over.
                 let _ = sender.send((unix_ns(), *transition));
             }

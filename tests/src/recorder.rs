@@ -10,6 +10,7 @@ use tempfile::TempDir;
 use vocabulary::{Key, Topic};
 
 use crate::binaries::program;
+use crate::cut_link::CutLink;
 use crate::deployment::Deployment;
 use crate::in_time;
 use crate::interposer::Interposer;
@@ -35,7 +36,22 @@ impl Recorder {
     /// Starts one with more arguments.
     #[must_use]
     pub fn start_with(deployment: &Deployment, more: &[&str]) -> Self {
-        Self::launch(deployment, more, crate::folder::temporary(), None)
+        let endpoints = &deployment.endpoints;
+        Self::launch(deployment, endpoints, more, crate::folder::temporary(), None)
+    }
+
+    /// Starts one that connects to these endpoints only.
+    #[must_use]
+    pub fn start_at(deployment: &Deployment, endpoints: &[String]) -> Self {
+        Self::launch(deployment, endpoints, &[], crate::folder::temporary(), None)
+    }
+
+    /// Starts one that reaches a process, the plant or a diagnoser in the deployment's order, by this link only.
+    #[must_use]
+    pub fn start_through(deployment: &Deployment, place: usize, link: &CutLink) -> Self {
+        let mut endpoints = deployment.endpoints.clone();
+        endpoints[place] = link.endpoint();
+        Self::start_at(deployment, &endpoints)
     }
 
     /// Starts one whose disk is behind an interposer with these commands.
@@ -44,16 +60,18 @@ impl Recorder {
         let folder = crate::folder::temporary();
         let interposer = Interposer::of(folder.path().to_owned());
         commands.iter().for_each(|command| interposer.order(command));
-        (Self::launch(deployment, &[], folder, Some(&interposer)), interposer)
+        let endpoints = &deployment.endpoints;
+        (Self::launch(deployment, endpoints, &[], folder, Some(&interposer)), interposer)
     }
 
     fn launch(
         deployment: &Deployment,
+        endpoints: &[String],
         more: &[&str],
         folder: TempDir,
         interposer: Option<&Interposer>,
     ) -> Self {
-        let mut command = record("tower", &folder, &deployment.endpoints);
+        let mut command = record("tower", &folder, endpoints);
         command.args(more);
         if let Some(interposer) = interposer {
             interposer.preload(&mut command);

@@ -21,8 +21,10 @@ const LAST_LINES: Duration = Duration::from_millis(500);
 
 /// Print events as they happen, one line each, until interrupted
 ///
-/// Prints changes of verdicts, new identifications of faults, changes of modules' phases, diagnosers that appear or
-/// disappear, and modules with several processes; starts with the latest of each. Waits for absent diagnosers.
+/// Starts with what is so at present, by the time since when: diagnosers that are running, each with its phase, alarms,
+/// and components whose alarm is shelved or suppressed. Then prints changes of verdicts, new identifications of faults,
+/// changes of modules' phases, diagnosers that appear or disappear, and modules with several processes. Waits for absent
+/// diagnosers.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     /// Print one JSON object a line
@@ -52,6 +54,9 @@ async fn follow(arguments: &Arguments) -> Result<(), Failure> {
         let Some(event) = event else {
             break Err(Failure::network("the session was closed".to_owned()));
         };
+        if !event.news.is_shown() {
+            continue;
+        }
         let text = text(arguments.json, link.structure.is_none(), &event)?;
         tokio::select! {
             // Only an error ends the printer before its queue; it is reported in the next round.
@@ -94,7 +99,10 @@ fn text(json: bool, names_structure: bool, event: &ObservedEvent) -> Result<Stri
 
 /// The JSON document of an event. A message includes its own time.
 fn document(event: &ObservedEvent) -> impl Serialize {
-    let has_time = matches!(event.news, News::Fault(_) | News::Identification(_) | News::Phase(_));
+    let has_time = matches!(
+        event.news,
+        News::Fault(_) | News::Present(_) | News::Identification(_) | News::Phase(_)
+    );
     let time = if has_time { json!({}) } else { json!({ "time_unix_ns": event.time_unix_ns }) };
     output::with(&event.news, time)
 }

@@ -19,17 +19,8 @@ pub(crate) struct WorkProgress {
 }
 
 impl WorkProgress {
-    /// Counts runs.
-    pub(crate) fn of_runs(what: &'static str, all: u64) -> WorkProgress {
-        WorkProgress::new(what, "runs", all)
-    }
-
-    /// Counts snippets of healthy data.
-    pub(crate) fn of_snippets(what: &'static str, all: u64) -> WorkProgress {
-        WorkProgress::new(what, "snippets", all)
-    }
-
-    fn new(what: &'static str, unit: &'static str, all: u64) -> WorkProgress {
+    /// Of so many items; in what unit they are counted.
+    pub(crate) fn new(what: &'static str, unit: &'static str, all: u64) -> WorkProgress {
         let template = format!("{{msg}} {{wide_bar}} {{pos}} of {{len}} {unit}, {{eta}} left");
         let style = ProgressStyle::with_template(&template)
             .unwrap_or_else(|_| ProgressStyle::default_bar());

@@ -256,8 +256,9 @@ impl Ledger {
         self.entries[channel].tare = Some(tare);
     }
 
-    /// Gives a component the verdict that an operator commands; `None` if it never had a transition. A transition has
-    /// the steps of one run: of a fault that was found in another than the present one, the step stays that it had.
+    /// Gives a component the verdict that an operator commands; `None` if it never had a transition. Acknowledging a fault
+    /// decides nothing: the step stays that as of which it was found. So does that of a fault of another run than the present
+    /// one, because a transition has the steps of one run.
     pub(crate) fn obey(
         &mut self,
         channel: usize,
@@ -269,7 +270,9 @@ impl Ledger {
         let entry = &mut self.entries[channel];
         let tare = entry.tare;
         let latest = entry.latest.as_mut()?;
-        let decided = if run.is_some_and(|run| latest.is_of(run)) { now } else { latest.decided };
+        let is_decided =
+            verdict != Verdict::Acknowledged && run.is_some_and(|run| latest.is_of(run));
+        let decided = if is_decided { now } else { latest.decided };
         let order = Some(order);
         *latest = Transition {
             sequence,

@@ -149,6 +149,23 @@ fn a_command_on_a_fault_of_another_run_leaves_the_transition_the_steps_of_that_r
     }
 }
 
+#[test]
+fn acknowledging_and_shelving_leave_a_fault_the_step_as_of_which_it_was_found() {
+    let mut bench = faulty();
+    let found = bench.transitions().pop().unwrap().decided;
+    let until_unix_ns = 7_200_000_000_000;
+    let span = vocabulary::Span { since_unix_ns: 1, until_unix_ns };
+    for kind in [GivenOrderKind::Acknowledge, GivenOrderKind::Shelve(span)] {
+        bench.run(10);
+        give(&mut bench, kind).unwrap();
+        assert_eq!(bench.transitions().pop().unwrap().decided, found);
+    }
+    bench.run(10);
+    give(&mut bench, FORCED).unwrap();
+    let reset = bench.transitions().pop().unwrap();
+    assert!(reset.verdict == Verdict::Normal && reset.decided > found, "{reset:?}");
+}
+
 /// A fault of actuator a1, found by the rule of the paper, and as of which step.
 fn faulty_actuator() -> (Bench, Step) {
     let mut bench = Bench::alone(Rule::Paper);

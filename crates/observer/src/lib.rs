@@ -31,6 +31,6 @@ pub use view::{
     ComponentId, Contradiction, Counts, DetectionFacts, EventLine, HistoryGap, JournalEntry,
     JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView, NetworkState, News,
     ObservedEvent, OrderOutcome, OrderRequest, QueryError, RowId, Scene, StateRow, StructureRow,
-    Structures, Urgency, alarms, all_is_well, explained_by, in_a_sentence, known_identification,
-    order_subject, rows, sign, structures, title,
+    Structures, Urgency, alarms, all_is_well, attention, explained_by, in_a_sentence,
+    known_identification, order_subject, rows, sign, structures, title, why_no_fault,
 };

@@ -2,9 +2,12 @@
 
 #![expect(clippy::unwrap_used, reason = "names that are right")]
 
+use std::collections::BTreeMap;
+
 use vocabulary::{
     Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
-    IdentifiedKind, ModulePhase, ModuleStatus, PeerStatus, RunId, Shelving, Step, fault::FaultKind,
+    IdentifiedKind, ModulePhase, ModuleStatus, PeerStatus, PhaseChange, RunId, Shelving, Step,
+    fault::FaultKind,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -22,6 +25,23 @@ pub fn status(module: &str, peers: &[&str]) -> ModuleStatus {
         peers: peers.iter().map(|peer| PeerStatus::unasked(peer.parse().unwrap())).collect(),
         time_unix_ns: 5,
         ..waiting
+    }
+}
+
+/// Module `m1` of the tower enters this phase.
+#[must_use]
+pub fn phase_change(phase: ModulePhase, time_unix_ns: u64) -> PhaseChange {
+    PhaseChange {
+        structure: "tower".parse().unwrap(),
+        module: "m1".parse().unwrap(),
+        phase,
+        number: 1,
+        not_monitored: BTreeMap::new(),
+        before: None,
+        run: None,
+        step: None,
+        reason: String::new(),
+        time_unix_ns,
     }
 }
 

@@ -154,8 +154,13 @@ impl ComponentStore {
         let entry = self.entry(&transition.component);
         entry.fault.enter(&transition);
         transition.identification = entry.fault.latest().map(carried);
-        if let Some(before) = entry.latest.as_ref().filter(|before| transition.continues(before)) {
-            transition.since_unix_ns = before.since_unix_ns;
+        match &entry.latest {
+            Some(before) if transition.continues(before) => {
+                transition.since_unix_ns = before.since_unix_ns;
+            }
+            // Its alarm alone was shelved or suppressed.
+            None if transition.state() == FaultState::Normal => transition.since_unix_ns = 0,
+            _ => {}
         }
         entry.take(transition.clone(), ticket);
         transition

@@ -19,15 +19,8 @@ pub struct Messages<'a> {
     file: &'a Path,
     records: McapRecords,
     topics: BTreeMap<u16, String>,
-    /// The unpacked length so far \[bytes\].
-    unpacked: u64,
 }
 
-/// Largest ratio of unpacked to packed length. Readers keep the unpacked messages; a recorder's files unpack to about ten
-/// times their length.
-const MOST_COMPRESSED: u64 = 256;
-/// Unpacked length permitted whatever the ratio \[bytes\].
-const UNPACKED_ANYWAY: u64 = 16 * 1024 * 1024;
 /// Memory of a message besides its topic and its payload \[bytes\].
 const PER_MESSAGE: usize = 64;
 
@@ -48,7 +41,7 @@ impl Recording {
     /// It cannot be read any more. The iterator returns an error for each damaged chunk or record, and continues after it.
     pub fn messages(&self) -> Result<Messages<'_>, RecordingError> {
         let records = self.records()?;
-        Ok(Messages { file: &self.file, records, topics: BTreeMap::new(), unpacked: 0 })
+        Ok(Messages { file: &self.file, records, topics: BTreeMap::new() })
     }
 
     /// Its metadata in the order in which they were written. Of several with one name, the last counts.
@@ -78,19 +71,10 @@ impl Messages<'_> {
         self.records.ending()
     }
 
-    /// Adds the unpacked length of the next record.
+    /// Adds the memory that the next record takes: readers keep the unpacked messages.
     fn count(&mut self, length: usize) -> Result<(), RecordingError> {
-        self.unpacked += length as u64;
-        let read = self.records.position();
-        if self.unpacked <= UNPACKED_ANYWAY.max(read.saturating_mul(MOST_COMPRESSED)) {
-            return Ok(());
-        }
-        self.records.end();
-        let problem = format!(
-            "the chunk before byte {read} unpacks to more than {MOST_COMPRESSED} times what the file has so far; the rest \
-             is left out"
-        );
-        Err(RecordingError::reading(self.file, &problem))
+        let counted = self.records.note_unpacked(length);
+        counted.map_err(|damage| RecordingError::reading(self.file, &damage))
     }
 
     fn message(

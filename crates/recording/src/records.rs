@@ -13,9 +13,14 @@ use mcap::{MAGIC, McapError, McapResult};
 use crate::writer::PROFILE;
 
 /// Length of the prefix of a record: its kind and its length \[bytes\].
-const PREFIX: usize = 1 + 8;
+pub(crate) const PREFIX: usize = 1 + 8;
 /// Length of the part of a footer that its checksum covers \[bytes\].
 const COVERED: usize = 8 + 8;
+
+/// Largest ratio of unpacked to packed length. A recorder's files unpack to about ten times their length.
+const MOST_COMPRESSED: u64 = 256;
+/// Unpacked length permitted whatever the ratio \[bytes\].
+const UNPACKED_ANYWAY: u64 = 16 * 1024 * 1024;
 
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,6 +62,8 @@ pub(crate) struct McapRecords {
     /// Length of the file when it was opened, and of the part read so far \[bytes\].
     length: u64,
     position: u64,
+    /// What was counted of the unpacked records so far \[bytes\].
+    unpacked: u64,
     record: Vec<u8>,
     unpacker: Unpacker,
     /// The position of the chunk being unpacked.
@@ -80,6 +87,7 @@ impl McapRecords {
             input: BufReader::with_capacity(1 << 16, file),
             length,
             position: 0,
+            unpacked: 0,
             record: Vec::new(),
             unpacker: Unpacker::new(),
             chunk: None,
@@ -103,14 +111,19 @@ impl McapRecords {
         self.ending
     }
 
-    /// Length of the part read so far \[bytes\].
-    pub(crate) fn position(&self) -> u64 {
-        self.position
-    }
-
-    /// Skips the rest.
-    pub(crate) fn end(&mut self) {
+    /// Counts the length of a record that was unpacked \[bytes\]. A small file can unpack to any amount: from where it
+    /// becomes implausible, the rest is left out.
+    pub(crate) fn note_unpacked(&mut self, length: usize) -> Result<(), McapDamage> {
+        self.unpacked += length as u64;
+        if self.unpacked <= UNPACKED_ANYWAY.max(self.position.saturating_mul(MOST_COMPRESSED)) {
+            return Ok(());
+        }
+        let at = self.chunk.unwrap_or(self.position);
         (self.chunk, self.ending) = (None, Some(Ending::Unfinished));
+        let problem = format!(
+            "what the file has so far unpacks to more than {MOST_COMPRESSED} times its length; the rest is left out"
+        );
+        Err(McapDamage { at, problem })
     }
 
     fn magic(&mut self) -> io::Result<()> {

@@ -8,7 +8,7 @@ use std::path::Path;
 use mcap::records::{Channel, Header, Record, SchemaHeader};
 use mcap::{Attachment, McapError, McapResult};
 
-use crate::records::McapRecords;
+use crate::records::{McapRecords, PREFIX};
 use crate::writer::{library, options};
 use crate::{Ending, RecordingError};
 
@@ -23,7 +23,8 @@ pub struct Recovered {
     pub ending: Ending,
 }
 
-/// Writes the readable part of a file into another, finished one. Damaged chunks are left out.
+/// Writes the readable part of a file into another, finished one. Damaged chunks are left out, and what follows after a
+/// small file has unpacked to very much.
 ///
 /// # Errors
 /// The file cannot be read or is not an MCAP file; the other exists or cannot be written.
@@ -40,8 +41,12 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
         copy.describe(record).map_err(wrong)?;
     }
     let mut records = open()?;
-    for record in records.by_ref() {
-        match record {
+    while let Some(record) = records.next() {
+        let counted = record.and_then(|record| {
+            records.note_unpacked(length(&record))?;
+            Ok(record)
+        });
+        match counted {
             Ok(record) => copy.take(record).map_err(wrong)?,
             Err(damage) => copy.recovered.problems.push(damage.to_string()),
         }
@@ -49,6 +54,21 @@ pub fn recover(from: &Path, to: &Path) -> Result<Recovered, RecordingError> {
     copy.recovered.ending = records.ending().unwrap_or(Ending::Unfinished);
     copy.finish().map_err(wrong)
 }
+
+/// Length of a record that may be in a chunk \[bytes\].
+fn length(record: &Record<'_>) -> usize {
+    PREFIX
+        + match record {
+            Record::Message { data, .. } => MESSAGE_HEADER + data.len(),
+            Record::Schema { data, .. } => data.len(),
+            Record::Channel(channel) => channel.topic.len(),
+            Record::Unknown { data, .. } => data.len(),
+            _ => 0,
+        }
+}
+
+/// Length of a message record before the payload \[bytes\].
+const MESSAGE_HEADER: usize = 2 + 4 + 8 + 8;
 
 /// The finished file.
 struct Copy {

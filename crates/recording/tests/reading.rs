@@ -210,6 +210,30 @@ fn a_small_file_of_very_many_messages_is_not_read_to_its_end() {
 }
 
 #[test]
+fn a_small_file_that_unpacks_to_very_much_is_not_copied_to_its_end() {
+    let directory = tempfile::tempdir().unwrap();
+    let [file, copy] = ["a.mcap", "b.mcap"].map(|name| directory.path().join(name));
+    let options = WriteOptions::new().emit_message_indexes(false).chunk_size(Some(32 << 20));
+    let mut writer = options.create(BufWriter::new(File::create(&file).unwrap())).unwrap();
+    let channel_id = writer.add_channel(0, "t", "json", &BTreeMap::new()).unwrap();
+    let header = MessageHeader { channel_id, sequence: 0, log_time: 0, publish_time: 0 };
+    for payload in [0, 1 << 20] {
+        let count = (200 << 20) / (payload + 31);
+        let payload = vec![0; payload];
+        (0..count).for_each(|_| writer.write_to_known_channel(&header, &payload).unwrap());
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    let length = fs::metadata(&file).unwrap().len();
+    let recovered = recording::recover(&file, &copy).unwrap();
+    let most = (length * 256).max(16 << 20) / 31;
+    assert!((100_000..=most).contains(&recovered.messages), "{} of {length}", recovered.messages);
+    let said = &recovered.problems;
+    assert!(said.len() == 1 && said[0].contains("unpacks to more than 256 times"), "{said:?}");
+    assert_eq!(recovered.ending, Ending::Unfinished);
+}
+
+#[test]
 fn what_is_no_recording_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("a.mcap");

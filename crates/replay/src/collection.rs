@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 
 use diagnosis::messages::{setup_fingerprint, to_setup};
 use vocabulary::{
-    DecodeError, Divergences, FaultState, FaultTransition, Identification, Input, Key,
-    ModuleConfiguration, ModuleName, ModuleStatus, RunId, Step, StructureName, Taken, Topic,
-    decode,
+    DecodeError, Divergences, FaultTransition, Identification, Input, Key, ModuleConfiguration,
+    ModuleName, ModuleStatus, RunId, Step, StructureName, Taken, Topic, decode,
 };
 
 use crate::samples::Samples;
@@ -20,6 +19,17 @@ pub struct ModulePosition {
     pub run: RunId,
     /// A step that it had processed by then.
     pub step: Step,
+}
+
+/// What a status tells of how far a module was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecordedStatus {
+    /// By the module's clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// The sequence number that its next transition was to have.
+    pub next_sequence: u64,
+    /// Run and step of its latest sample.
+    pub position: Option<(RunId, Step)>,
 }
 
 /// The recorded messages of a module.
@@ -45,6 +55,8 @@ pub struct ModuleRecord {
     pub divergences: Vec<Divergences>,
     /// Its positions, by time.
     pub positions: Vec<ModulePosition>,
+    /// Its statuses, by time.
+    pub statuses: Vec<RecordedStatus>,
     /// The number of messages that could not be read.
     pub unreadable: u64,
     /// The problem of the first of them.
@@ -64,6 +76,7 @@ impl ModuleRecord {
             identifications: Vec::new(),
             divergences: Vec::new(),
             positions: Vec::new(),
+            statuses: Vec::new(),
             unreadable: 0,
             unreadable_because: None,
         }
@@ -80,15 +93,11 @@ impl ModuleRecord {
             }
             Topic::Fault(_) => {
                 let message: FaultTransition = decode(payload)?;
-                // A reply that the state is unknown, or that there was no transition so far, is not a verdict.
-                let is_verdict = message.state() != FaultState::Unknown
-                    && message.run.is_some()
-                    && message.sequence > 0;
                 if let Some(found) = &message.identification {
                     self.take_identification((**found).clone());
                 }
                 self.note(message.time_unix_ns, message.run, message.decided_step);
-                self.transitions.extend(is_verdict.then_some(message));
+                self.transitions.extend(message.is_verdict().then_some(message));
             }
             Topic::Identification(_) => self.take_identification(decode(payload)?),
             Topic::Divergence => {
@@ -99,6 +108,11 @@ impl ModuleRecord {
             Topic::Status => {
                 let message: ModuleStatus = decode(payload)?;
                 self.note(message.time_unix_ns, message.run, message.step);
+                self.statuses.push(RecordedStatus {
+                    time_unix_ns: message.time_unix_ns,
+                    next_sequence: message.next_sequence,
+                    position: message.run.zip(message.step),
+                });
             }
             _ => {}
         }
@@ -113,6 +127,24 @@ impl ModuleRecord {
             *runs.entry(head.run).or_default() += 1;
         }
         runs
+    }
+
+    /// When the recording of it began: the time of the earliest message that is published only, and never fetched later
+    /// \[ns since 1970\].
+    #[must_use]
+    pub fn heard_since(&self) -> Option<u64> {
+        let divergence = self.divergences.first().map(|message| message.time_unix_ns);
+        let status = self.statuses.first().map(|status| status.time_unix_ns);
+        divergence.into_iter().chain(status).min()
+    }
+
+    /// The earliest run and step of which such a message tells.
+    pub(crate) fn begins(&self) -> Option<(RunId, Step)> {
+        let divergences = self.divergences.first();
+        let divergence = divergences.map(|m| (m.time_unix_ns, (m.run, m.step)));
+        let mut statuses = self.statuses.iter();
+        let status = statuses.find_map(|s| s.position.map(|position| (s.time_unix_ns, position)));
+        divergence.into_iter().chain(status).min().map(|(_, position)| position)
     }
 
     fn take_input(&mut self, input: Input) {
@@ -144,6 +176,7 @@ impl ModuleRecord {
         self.divergences.sort_by_key(|message| (message.time_unix_ns, message.step));
         self.divergences.dedup();
         self.positions.sort_unstable();
+        self.statuses.sort_by_key(|status| status.time_unix_ns);
     }
 }
 

@@ -10,7 +10,7 @@ use vocabulary::{
     Channel, Divergences, FaultTransition, Identification, ModuleName, RunId, Step, StructureName,
 };
 
-use crate::collection::ModuleRecord;
+use crate::collection::{ModulePosition, ModuleRecord};
 use crate::course::ProcessCourse;
 use crate::difference::{Difference, FieldValues, first_field};
 
@@ -19,6 +19,12 @@ const UNPUBLISHED_S: f64 = 1.0;
 
 /// A fault is identified at most this long after the last sample used for it \[ns\].
 const IDENTIFIED_WITHIN_NS: u64 = 10_000_000_000;
+
+/// While a process goes on for this long, what it decides is published \[ns\].
+const PUBLISHED_WITHIN_NS: u64 = 1_500_000_000;
+
+/// A process publishes divergences several times in so many steps, unless its settings say otherwise.
+const STEPS_WITH_DIVERGENCES: u64 = 1000;
 
 /// The position of differences that are found at the end, after all others.
 const AT_END: u64 = u64::MAX - 1;
@@ -41,8 +47,15 @@ pub struct ReplayComparison {
     pub divergences_unverified: u64,
     /// The number of recorded identifications that it did not reach.
     pub identifications_unverified: u64,
-    /// The number of verdicts of the replay that the recording lacks, although it has later ones.
+    /// The number of verdicts of the replay that the recording lacks, although it has later ones, or a later status that
+    /// counts them.
     pub verdicts_unrecorded: u64,
+    /// The number of verdicts of the replay from before the recording began that it does not have: nothing fetches those.
+    pub verdicts_before: u64,
+    /// The recording has no divergences of the process, although its statuses show that there were some.
+    pub divergences_absent: bool,
+    /// The recording has no identifications of the process, although it went on long enough after a fault.
+    pub identifications_absent: bool,
     /// The number of verdicts of the replay after the last recorded one: a process that ends does not publish everything.
     pub verdicts_beyond: u64,
     /// The first difference.
@@ -51,7 +64,17 @@ pub struct ReplayComparison {
     structure: StructureName,
     /// Recorded verdicts not yet replayed, by sequence number; several if one was published again.
     recorded: BTreeMap<u64, Vec<FaultTransition>>,
-    last_recorded: u64,
+    /// Every verdict with a lower sequence number was published.
+    published_below: u64,
+    /// The first step of which the recording heard.
+    begins: Option<(RunId, Step)>,
+    /// Verdicts up to this number were before the replay.
+    remembered: u64,
+    /// When each step as of which a new fault was to be identified had been taken, if the recording has no identification.
+    unidentified: Option<Vec<u64>>,
+    /// When it was heard for the first and the last time, and between these its positions by time.
+    heard: (u64, u64),
+    positions: Vec<ModulePosition>,
     /// Verdicts of the replay after the last recorded one.
     beyond: Vec<Transition>,
     /// Recorded divergences by run and step, each with how it differed from the replay.
@@ -80,6 +103,7 @@ impl ReplayComparison {
         }
         let mut found: BTreeMap<_, Vec<_>> = BTreeMap::new();
         let own = record.identifications.iter().filter(|found| is_own(found.time_unix_ns));
+        let is_identified = own.clone().next().is_some();
         for message in own.filter(|found| !is_seen_before(found, course)) {
             let at = (message.sequence, message.as_of_step);
             found.entry(at).or_default().push(message.clone());
@@ -89,7 +113,26 @@ impl ReplayComparison {
             let at = (message.run, message.step);
             messages.entry(at).or_default().push((message.clone(), None));
         }
+        let statuses = record.statuses.iter().filter(|status| is_own(status.time_unix_ns));
+        let positions = record.positions.iter().filter(|one| is_own(one.time_unix_ns)).copied();
+        let positions: Vec<ModulePosition> = positions.collect();
+        let times = positions.last().map(|last| last.time_unix_ns).into_iter();
+        let last_heard = times.chain(statuses.clone().map(|status| status.time_unix_ns)).max();
+        let heard = (record.heard_since().unwrap_or(u64::MAX), last_heard.unwrap_or_default());
+        let is_published = |time: u64| time.saturating_add(PUBLISHED_WITHIN_NS) <= heard.1;
+        let counted = statuses.clone().filter(|status| is_published(status.time_unix_ns));
+        let published_below = counted.map(|status| status.next_sequence).max();
+        let last_recorded = recorded.keys().next_back().copied();
+        let steps: u64 = statuses
+            .clone()
+            .zip(statuses.skip(1))
+            .filter_map(|(one, next)| one.position.zip(next.position))
+            .filter(|(one, next)| one.0 == next.0 && one.1 <= next.1)
+            .map(|(one, next)| next.1.since(one.1))
+            .sum();
         Self {
+            divergences_absent: messages.is_empty() && steps >= STEPS_WITH_DIVERGENCES,
+            identifications_absent: false,
             verdicts: 0,
             divergences: 0,
             identifications: 0,
@@ -97,11 +140,17 @@ impl ReplayComparison {
             divergences_unverified: 0,
             identifications_unverified: 0,
             verdicts_unrecorded: 0,
+            verdicts_before: 0,
             verdicts_beyond: 0,
             difference: None,
             module: record.module.clone(),
             structure: record.structure.clone(),
-            last_recorded: recorded.keys().next_back().copied().unwrap_or_default(),
+            published_below: published_below.max(last_recorded).unwrap_or_default(),
+            begins: record.begins(),
+            remembered: course.memory.sequence,
+            unidentified: (!is_identified).then(Vec::new),
+            heard,
+            positions,
             recorded,
             beyond: Vec::new(),
             messages,
@@ -119,10 +168,16 @@ impl ReplayComparison {
         }
     }
 
-    /// Compares a verdict of the replay.
-    pub(crate) fn transition(&mut self, replayed: &Transition) {
+    /// Compares a verdict of the replay, decided after a sample of this time \[ns since 1970\].
+    pub(crate) fn transition(&mut self, replayed: &Transition, time_unix_ns: u64) {
         let Some(recorded) = self.recorded.remove(&replayed.sequence) else {
-            if replayed.sequence < self.last_recorded {
+            let is_before = match self.begins {
+                Some((run, step)) if run == replayed.run => replayed.decided < step,
+                _ => time_unix_ns < self.heard.0,
+            };
+            if is_before {
+                self.verdicts_before += 1;
+            } else if replayed.sequence < self.published_below {
                 self.verdicts_unrecorded += 1;
             } else {
                 self.beyond.push(replayed.clone());
@@ -137,6 +192,15 @@ impl ReplayComparison {
 
     /// Identifies a fault as the replayed process would, and compares the result.
     pub(crate) fn identification(&mut self, excerpt: &Excerpt) {
+        // What is found of an earlier fault may be nothing new.
+        if excerpt.sequence > self.remembered
+            && let Some(unidentified) = &mut self.unidentified
+        {
+            let is_reached =
+                |one: &&ModulePosition| one.run == excerpt.run && one.step >= excerpt.as_of;
+            let reached = self.positions.iter().find(is_reached);
+            unidentified.extend(reached.map(|one| one.time_unix_ns));
+        }
         let Some(recorded) = self.found.remove(&(excerpt.sequence, excerpt.as_of)) else { return };
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
         let replayed = speaker.identification(identify(excerpt, None), 0);
@@ -230,6 +294,10 @@ impl ReplayComparison {
                 self.differs(AT_END, difference);
             }
         }
+        let (first, last) = self.heard;
+        let is_published =
+            |time: &u64| *time >= first && time.saturating_add(PUBLISHED_WITHIN_NS) <= last;
+        self.identifications_absent = self.unidentified.iter().flatten().any(is_published);
         let margin = (UNPUBLISHED_S / course.setup.step_s).round() as u64;
         for transition in std::mem::take(&mut self.beyond) {
             let is_beyond = course.known_until.is_none_or(|(run, step)| {

@@ -77,13 +77,28 @@ impl ProcessCourse {
     }
 }
 
+/// The processes of a module in order; each began at this time \[ns since 1970\].
+fn processes(record: &ModuleRecord) -> Vec<u64> {
+    let of_states = record.states.keys().map(|(process, ..)| *process);
+    let processes: BTreeSet<u64> = record.inputs.keys().copied().chain(of_states).collect();
+    processes.into_iter().collect()
+}
+
+/// How many processes of a module had ended before the recording began: their successors had begun. What they decided is
+/// known from replies alone, so that it cannot be complete.
+#[must_use]
+pub fn processes_before(record: &ModuleRecord) -> usize {
+    let Some(since) = record.heard_since() else { return 0 };
+    let began = processes(record).partition_point(|process| *process <= since);
+    began.saturating_sub(1)
+}
+
 /// The courses of all processes of a module in order. A process has several courses if something is missing and a later
 /// state follows. Processes that ended before the recording began are left out.
 #[must_use]
 pub fn courses(record: &ModuleRecord) -> Vec<(u64, Result<ProcessCourse, Shortfall>)> {
-    let of_states = record.states.keys().map(|(process, ..)| *process);
-    let processes: BTreeSet<u64> = record.inputs.keys().copied().chain(of_states).collect();
-    let processes: Vec<u64> = processes.into_iter().chain([u64::MAX]).collect();
+    let own = processes(record).into_iter().skip(processes_before(record));
+    let processes: Vec<u64> = own.chain([u64::MAX]).collect();
     let is_over = |process: u64, until: u64| {
         let speaks = |time: u64| time >= process && time < until;
         until < u64::MAX && !record.divergences.iter().any(|message| speaks(message.time_unix_ns))

@@ -19,10 +19,10 @@ mod samples;
 mod settings;
 mod shortfall;
 
-pub use collection::{Collection, ModulePosition, ModuleRecord};
+pub use collection::{Collection, ModulePosition, ModuleRecord, RecordedStatus};
 pub use columns::{RunRows, TableRow};
 pub use comparison::ReplayComparison;
-pub use course::{ProcessCourse, RecordedState, courses, latest_setup};
+pub use course::{ProcessCourse, RecordedState, courses, latest_setup, processes_before};
 pub use difference::Difference;
 pub use joint::together;
 pub use part::{Beginnings, PartError, ReplayPart};

@@ -149,7 +149,7 @@ impl Player<'_> {
         for action in actions.drain(..) {
             match action {
                 Action::Publish(transition) => {
-                    self.comparison.transition(&transition);
+                    self.comparison.transition(&transition, self.time_unix_ns);
                     let time_unix_ns = self.time_unix_ns;
                     self.transitions.push(ReplayedTransition { transition, time_unix_ns });
                 }

@@ -38,6 +38,27 @@ pub fn for_each<I: Sync, T: Send, E: Send>(
     sink.into_inner().1
 }
 
+/// The results of `work` on every item, in the items' order, `jobs` at a time. `done` is called after each.
+///
+/// # Errors
+/// The first error of `work`.
+pub fn map<I: Sync, T: Send, E: Send>(
+    items: &[I],
+    jobs: usize,
+    work: impl Fn(&I) -> Result<T, E> + Sync,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<T>, E> {
+    let places: Vec<usize> = (0..items.len()).collect();
+    let mut results: Vec<Option<T>> = items.iter().map(|_| None).collect();
+    let keep = |place: &usize, result| {
+        results[*place] = Some(result);
+        done();
+        Ok(())
+    };
+    for_each(&places, jobs, &AtomicBool::new(false), |place| work(&items[*place]), keep)?;
+    Ok(results.into_iter().flatten().collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -57,6 +78,20 @@ mod tests {
             results.sort_unstable();
             assert_eq!(results, items.iter().map(|i| (*i, i * i)).collect::<Vec<_>>());
         }
+    }
+
+    #[test]
+    fn results_come_in_the_order_of_the_items() {
+        let items: Vec<u64> = (0..50).collect();
+        let count = AtomicUsize::new(0);
+        let done = || {
+            count.fetch_add(1, Ordering::Relaxed);
+        };
+        let squares = map(&items, 3, |item| Ok::<_, String>(item * item), &done).unwrap();
+        assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
+        assert_eq!(count.into_inner(), 50);
+        let refused = |item: &u64| if *item == 7 { Err("seven") } else { Ok(()) };
+        assert_eq!(map(&items, 3, refused, &|| ()), Err("seven"));
     }
 
     #[test]

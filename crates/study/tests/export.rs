@@ -66,7 +66,7 @@ fn a_recording_gives_the_very_changes_of_its_run() {
     let mut changes = 0;
     for number in 0..7 {
         let mut bytes = Vec::new();
-        let (record, exported) = export(&campaign, number, &mut bytes).unwrap();
+        let (record, exported) = export(&campaign, number, false, &mut bytes).unwrap();
         let recording = read(&bytes);
         assert_eq!(recording.rows.len() as u64, campaign.system.steps(5.0));
         let of_module = |setup| changes_of(setup, &recording);
@@ -83,7 +83,7 @@ fn a_recording_gives_the_very_changes_of_its_run() {
 fn the_truth_stands_beside_every_step() {
     let campaign = tower::campaign(Rule::FirstChange);
     let mut bytes = Vec::new();
-    let (record, _) = export(&campaign, HARD_OVER, &mut bytes).unwrap();
+    let (record, _) = export(&campaign, HARD_OVER, false, &mut bytes).unwrap();
     let injection = record.injection.unwrap();
     let recording = read(&bytes);
     assert_eq!(recording.names[..3], ["step", "fault", "module1/actuator/a1/residual"]);
@@ -100,7 +100,31 @@ fn the_truth_stands_beside_every_step() {
 fn a_nominal_run_has_no_fault_and_no_change() {
     let campaign = tower::campaign(Rule::FirstChange);
     let mut bytes = Vec::new();
-    let (record, changes) = export(&campaign, campaign.scenarios + 2, &mut bytes).unwrap();
+    let (record, changes) = export(&campaign, campaign.scenarios + 2, false, &mut bytes).unwrap();
     assert_eq!((record.injection, changes), (None, Vec::new()));
     assert!(read(&bytes).rows.iter().all(|row| row[1].is_empty()));
+}
+
+#[test]
+fn readings_stand_beside_the_residuals_if_wanted() {
+    let campaign = tower::campaign(Rule::FirstChange);
+    let [plain, full] = [false, true].map(|readings| {
+        let mut bytes = Vec::new();
+        export(&campaign, HARD_OVER, readings, &mut bytes).unwrap();
+        read(&bytes)
+    });
+    assert_eq!((plain.names.len(), full.names.len()), (2 + 24, 2 + 8 * 4 + 16 * 2));
+    let kept: Vec<usize> =
+        plain.names.iter().map(|n| full.names.iter().position(|m| m == n).unwrap()).collect();
+    for (row, both) in plain.rows.iter().zip(&full.rows) {
+        assert!(kept.iter().map(|place| &both[*place]).eq(row));
+    }
+    let value = |name: &str| {
+        let place = full.names.iter().position(|known| known == name).unwrap();
+        full.rows.iter().map(move |row| row[place].parse::<f64>().unwrap())
+    };
+    let is_pressure = |pascal: f64| (1e5..3e7).contains(&pascal);
+    assert!(value("module2/actuator/a4/pressure_b_pa").all(is_pressure));
+    assert!(value("module1/actuator/a1/demand_n").all(|newton| newton.abs() < 2e5));
+    assert!(value("module2/sensor/g8/elongation_m").all(|metre| metre.abs() < 0.02));
 }

@@ -147,7 +147,7 @@ struct World<'a> {
     now: u64,
     started: Instant,
     asked: u64,
-    since: BTreeMap<ComponentPath, (AlarmKey, u64)>,
+    since: BTreeMap<ComponentPath, (AlarmKey, Option<u64>)>,
     /// The components for which the alarm was ever raised.
     alarmed: BTreeSet<ComponentPath>,
     generator: ChaCha8Rng,
@@ -262,7 +262,11 @@ impl<'a> World<'a> {
             let key = (state, message.detection_step.unwrap());
             let begins = self.since.get(&message.component).is_none_or(|(known, _)| *known != key);
             if begins {
-                self.since.insert(message.component.clone(), (key, unix_ns(self.now)));
+                // Shelving precedes its first change, so nothing tells since when it has been normal.
+                let is_first = !self.since.contains_key(&message.component);
+                let is_known = !is_first || message.state() != FaultState::Normal;
+                let since = is_known.then(|| unix_ns(self.now));
+                self.since.insert(message.component.clone(), (key, since));
             }
             self.judge_transition(&message);
             if matches!(message.state(), FaultState::Latched | FaultState::Unconfirmed) {
@@ -567,9 +571,9 @@ impl<'a> World<'a> {
         let row = StateRow::of_component(state);
         let hears = !module.is_silent && state.sequence > 0 && state.state() != FaultState::Unknown;
         if let Some((_, since)) = self.since.get(path).filter(|_| hears)
-            && row.since_unix_ns != Some(*since)
+            && row.since_unix_ns != *since
         {
-            let words = format!("{:?} instead of {since}: {}", row.since_unix_ns, state.state());
+            let words = format!("{:?} instead of {since:?}: {}", row.since_unix_ns, state.state());
             self.is_false("since", path, words);
         }
         if row.since_unix_ns.is_some_and(|since| since > unix_ns(self.now)) {

@@ -74,7 +74,7 @@ pub struct FaultTransition {
     pub onset_step: Option<Step>,
     /// When the divergence reached its threshold.
     pub detection_step: Option<Step>,
-    /// As of which step the state was found.
+    /// As of which step the state was found, or an operator reset it; acknowledging leaves it.
     pub decided_step: Option<Step>,
     /// The channel at the detection.
     pub evidence: Option<Evidence>,
@@ -105,6 +105,7 @@ pub struct FaultTransition {
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     pub durable: bool,
     /// Since when the component has been in this state \[ns since 1970\]: when its alarm began, whatever was ordered later.
+    /// 0 if it has never been in another, and only its alarm was shelved or suppressed.
     pub since_unix_ns: u64,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
@@ -167,6 +168,18 @@ impl FaultTransition {
             (state, transition.run, transition.detection_step)
         };
         alarm(self) == alarm(earlier)
+    }
+
+    /// Whether it states a verdict. A reply that the state is unknown, or that there was no transition so far, states none.
+    #[must_use]
+    pub fn is_verdict(&self) -> bool {
+        self.state() != FaultState::Unknown && self.run.is_some() && self.sequence > 0
+    }
+
+    /// Whether its state was found before its module ceased to monitor it, and may not hold any more.
+    #[must_use]
+    pub fn is_last_known(&self) -> bool {
+        self.unknown.is_some() && self.state() != FaultState::Unknown
     }
 
     /// Its place among the transitions of its module: the higher one is the later one.

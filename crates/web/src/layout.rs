@@ -3,7 +3,7 @@
 use axum::http::StatusCode;
 use axum::response::{Html, IntoResponse, Response};
 use maud::{DOCTYPE, Markup, html};
-use observer::{NetworkState, Scene, alarms, all_is_well};
+use observer::{NetworkState, Scene, alarms, all_is_well, attention};
 use vocabulary::words::{printable, utc};
 
 use crate::access::Viewer;
@@ -99,7 +99,7 @@ pub(crate) fn person(viewer: &Viewer) -> Markup {
 
 /// The title of a page, preceded by the number of alarms that need attention, so that a background tab shows it.
 pub(crate) fn title(scene: &Scene, words: &str) -> Markup {
-    let attention = attention(scene);
+    let attention = attention(&alarms(&scene.modules));
     html! { @if attention > 0 { "(" (attention) ") " } (words) " · trusswatch" }
 }
 
@@ -109,8 +109,9 @@ pub(crate) fn icon(scene: &Scene) -> Markup {
     html! { (if is_well { assets::ICON_PATH } else { assets::ALARM_ICON_PATH }) }
 }
 
-fn attention(scene: &Scene) -> usize {
-    alarms(&scene.modules).iter().filter(|row| row.urgency.needs_attention()).count()
+/// What an open page shows instead of the state of a component or module that is in no list any more.
+pub(crate) fn not_reported() -> Markup {
+    html! { p.headline { "No longer reported; anything below was the last known." } }
 }
 
 /// The page for an unknown module or component.

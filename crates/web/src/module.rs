@@ -10,7 +10,7 @@ use vocabulary::{ModuleName, ModuleStatus, PeerStatus};
 use crate::access::Viewer;
 use crate::app::Shared;
 use crate::forms;
-use crate::layout::{Page, unknown};
+use crate::layout::{Page, not_reported, unknown};
 use crate::live_page::{LivePage, PageParameters};
 use crate::look;
 use crate::overview::{alarms, modules};
@@ -62,7 +62,7 @@ pub(crate) fn title(id: &ModuleId) -> String {
 pub(crate) fn parts(view: &LinkedScene<'_>, id: &ModuleId) -> Vec<PagePart> {
     match view.scene.view_of(id) {
         Some(module) => vec![part("module", body(view, module))],
-        None => Vec::new(),
+        None => vec![part("module", not_reported())],
     }
 }
 

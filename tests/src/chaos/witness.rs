@@ -38,7 +38,9 @@ impl Witness {
             [follow_progress(&session, &record).await, follow_statuses(&session, &record).await];
         let noted = Arc::clone(&record);
         let note = move |news| match news {
-            News::Fault(transition) => noted.lock().note_transition(&transition),
+            News::Fault(transition) | News::Present(transition) => {
+                noted.lock().note_transition(&transition);
+            }
             News::Missed { .. } | News::Lost { .. } => noted.lock().note_missed(&news),
             _ => {}
         };

@@ -56,7 +56,7 @@ impl Collection {
 impl Collected {
     fn hear(&mut self, news: News) {
         match news {
-            News::Fault(transition) => self.take(*transition),
+            News::Fault(transition) | News::Present(transition) => self.take(*transition),
             News::Missed { .. } | News::Lost { .. } => {
                 self.contradictions.push(format!("{news:?}"));
             }

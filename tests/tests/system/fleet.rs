@@ -178,7 +178,11 @@ async fn following(feed: &mut Live, table: &mut Table) {
     let latched = async {
         loop {
             match &feed.next_event().await.unwrap().news {
-                News::Fault(fault) if fault.state() == FaultState::Latched => return,
+                News::Fault(fault) | News::Present(fault)
+                    if fault.state() == FaultState::Latched =>
+                {
+                    return;
+                }
                 _ => {}
             }
         }

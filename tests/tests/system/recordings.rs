@@ -1,6 +1,7 @@
 //! What was recorded gives the same verdicts again, bit for bit: of every kind of fault, over a network that loses
 //! packets, and across the restart of a diagnoser.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -16,8 +17,8 @@ use system_tests::plant_clock::PlantClock;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::scenarios::{self, ONSET, STEPS};
-use system_tests::{folder, in_time, turn};
-use vocabulary::{RunId, fault::Fault};
+use system_tests::{in_time, turn};
+use vocabulary::{FaultTransition, ModuleStatus, RunId, fault::Fault};
 
 const RUN: RunId = RunId(7);
 /// How long a link is cut: beyond the last sample.
@@ -142,9 +143,7 @@ async fn a_recorder_that_reaches_the_plant_after_its_last_sample_fetches_all() {
     let link = CutLink::to(&deployment.endpoints[0]).await;
     link.cut();
     let diagnosers = deployment.start_diagnosers();
-    let (mut endpoints, logs) = (deployment.endpoints.clone(), folder::temporary());
-    endpoints[0] = link.endpoint();
-    let recorder = Recorder::start_of("tower", &endpoints, logs.path());
+    let recorder = Recorder::start_through(&deployment, 0, &link);
     recorder.hears(&MODULES).await;
     let observer = Observer::of(&deployment).await;
     let plant = deployment.start_plant("max", STEPS, 907, RUN);
@@ -161,8 +160,7 @@ async fn of_a_plant_out_of_reach_every_sample_is_counted_as_lost() {
     let _turn = turn::side_by_side().await;
     let deployment = Deployment::of_tower(&with_effects());
     let diagnosers = deployment.start_diagnosers();
-    let logs = folder::temporary();
-    let mut recorder = Recorder::start_of("tower", &deployment.endpoints[1..], logs.path());
+    let mut recorder = Recorder::start_at(&deployment, &deployment.endpoints[1..]);
     recorder.hears(&MODULES).await;
     let mut plant = deployment.start_plant("max", STEPS, 906, RUN);
     assert_eq!(plant.exit_code().await, Some(0), "{}", plant.log());
@@ -210,6 +208,102 @@ async fn a_recorder_that_is_paused_fetches_what_it_missed() {
     let verified = recorded.verify().await;
     println!("with a recorder that was paused: {verified:?}");
     assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+/// What was decided before is not in question.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_that_is_started_after_the_restart_of_a_diagnoser() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    let mut diagnosers = deployment.start_diagnosers();
+    let observer = Observer::of(&deployment).await;
+    let plant = deployment.start_plant("real", ONSET + 4000, 910, RUN);
+    let clock = PlantClock::of(&observer).await;
+    clock.reach(RUN, ONSET + 500).await;
+    diagnosers[1].crash().await;
+    diagnosers[1] = deployment.start_diagnoser(1);
+    clock.reach(RUN, ONSET + 1500).await;
+    let recorder = Recorder::start(&deployment);
+    recorder.hears(&MODULES).await;
+    let verified = Recorded { recorder, diagnosers, plant, observer, deployment }.verify().await;
+    println!("after a restart: {verified:?}");
+    assert!(verified.processes == 2 && verified.divergences > 10, "{verified:?}");
+}
+
+/// It hears nothing of a whole run, after which no verdict follows that would show what is missing.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_recorder_that_is_paused_during_a_run_fetches_its_verdicts() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    deployment.patient_but_for_leases();
+    let diagnosers = deployment.start_diagnosers();
+    let recorder = Recorder::start(&deployment);
+    recorder.hears(&MODULES).await;
+    let observer = Observer::of(&deployment).await;
+    recorder.process().signal(Signal::SIGSTOP);
+    let plant = deployment.start_plant("max", STEPS, 908, RUN);
+    let recorded = Recorded { recorder, diagnosers, plant, observer, deployment };
+    PlantClock::of(&recorded.observer).await.reach(RUN, STEPS - 1).await;
+    recorded.recorder.process().signal(Signal::SIGCONT);
+    has_all_verdicts(&recorded.recorder, STEPS - 1).await;
+    let verified = recorded.verify().await;
+    println!("with a recorder that was paused during a run: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+/// Present states, which are asked for when the link is there again, are not all of them.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn verdicts_while_a_link_is_cut_are_fetched_from_the_journal() {
+    let _turn = turn::side_by_side().await;
+    let deployment = Deployment::of_tower(&with_effects());
+    deployment.patient_but_for_leases();
+    let link = CutLink::to(&deployment.endpoints[2]).await;
+    let diagnosers = deployment.start_diagnosers();
+    let recorder = Recorder::start_through(&deployment, 2, &link);
+    recorder.hears(&MODULES).await;
+    let observer = Observer::of(&deployment).await;
+    let last = ONSET + 4000;
+    let plant = deployment.start_plant("real", last + 1, 909, RUN);
+    let recorded = Recorded { recorder, diagnosers, plant, observer, deployment };
+    let clock = PlantClock::of(&recorded.observer).await;
+    clock.reach(RUN, ONSET - 200).await;
+    link.cut();
+    clock.reach(RUN, ONSET + 800).await;
+    link.mend();
+    has_all_verdicts(&recorded.recorder, last).await;
+    let verified = recorded.verify().await;
+    println!("with a link that was cut: {verified:?}");
+    assert!(verified.verdicts > 0, "{verified:?}");
+}
+
+/// Waits until it has every verdict that the modules' statuses count, as of this step.
+async fn has_all_verdicts(recorder: &Recorder, last: u64) {
+    let has_all = async {
+        loop {
+            let messages = recorder.messages();
+            let has_all = |module: &&str| {
+                let own = |topic: &str| format!("trusswatch/tower/{module}/{topic}");
+                let is_own = |one: &&recording::Recorded| one.topic.starts_with(&own("fault/"));
+                let verdicts = messages.iter().filter(is_own);
+                let verdicts = verdicts
+                    .filter_map(|one| vocabulary::decode::<FaultTransition>(&one.payload).ok());
+                let numbers: BTreeSet<u64> =
+                    verdicts.filter(FaultTransition::is_verdict).map(|one| one.sequence).collect();
+                let status = messages.iter().rfind(|one| one.topic == own("status"));
+                let status =
+                    status.and_then(|one| vocabulary::decode::<ModuleStatus>(&one.payload).ok());
+                status.is_some_and(|status| {
+                    status.step.is_some_and(|step| step.0 >= last)
+                        && numbers.len() as u64 + 1 == status.next_sequence
+                })
+            };
+            if MODULES.iter().all(has_all) {
+                return;
+            }
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    };
+    in_time("every verdict in the recording", has_all).await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -46,7 +46,7 @@ pub(super) fn effects(
         mismatch: simulation.mismatch,
         jobs: simulation.jobs(),
     };
-    let progress = WorkProgress::of_runs("measuring effects", runs.count(&setups));
+    let progress = WorkProgress::new("measuring effects", "runs", runs.count(&setups));
     let effects =
         runs.measure(&plant.structure, &plant.parameters, &setups, &|| progress.advance());
     drop(progress);
@@ -82,7 +82,7 @@ pub(super) fn simulate(
         jobs: simulation.jobs(),
     };
     let setups: Vec<_> = modules.iter().map(|module| module.setup.clone()).collect();
-    let progress = WorkProgress::of_runs("calibrating", simulation.runs);
+    let progress = WorkProgress::new("calibrating", "runs", simulation.runs);
     let calibration =
         runs.calibrate(&plant.structure, &plant.parameters, &setups, &|| progress.advance());
     drop(progress);

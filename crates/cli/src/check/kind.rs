@@ -53,7 +53,8 @@ impl FileKind {
             Some(FileKind::Reference)
         } else if has("change_threshold") {
             Some(FileKind::Learned)
-        } else if has("module") {
+        } else if ["module", "thresholds", "gage_noise_strain", "learned"].into_iter().any(has) {
+            // By any of these, so that a file that lacks one or misspells it is still judged as what it was meant to be.
             Some(FileKind::Diagnoser)
         } else if has("structure") {
             Some(FileKind::Plant)
@@ -85,6 +86,8 @@ mod tests {
             kind("module = 'm'\nstructure = 's'\nthresholds = 't'"),
             Ok(FileKind::Diagnoser)
         );
+        let misspelt = "modul = 'm'\nstructure = 's'\nthresholds = 't'";
+        assert_eq!(kind(misspelt), Ok(FileKind::Diagnoser));
         assert_eq!(kind("module = 'm'\n[thresholds]"), Ok(FileKind::Thresholds));
         let reference = "module = 'm'\ncylinder_threshold = 6\n[[cylinders]]";
         assert_eq!(kind(reference), Ok(FileKind::Reference));

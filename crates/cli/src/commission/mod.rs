@@ -16,10 +16,11 @@ use daemon::config::PlantConfig;
 use diagnosis::ModuleSetup;
 use diagnosis::state::Snippet;
 use serde_json::json;
-use study::commissioning::SnippetPlan;
+use study::commissioning::{SnippetPlan, learn_all};
 
 use crate::failure::Failure;
 use crate::output;
+use crate::progress::WorkProgress;
 use report::ReferenceReport;
 
 pub(crate) use arguments::Arguments;
@@ -32,7 +33,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let earlier = snippets.len();
     snippets.extend(new_snippets(arguments, plant.as_ref(), &setups, &snippets)?);
     let rate = arguments.false_alarms_per_hour;
-    let references = reference_files::learn_all(&setups, &snippets, rate)?;
+    let progress = WorkProgress::new("learning", "references", setups.len() as u64);
+    let (jobs, done) = (arguments.simulation.jobs(), || progress.advance());
+    let references = learn_all(&setups, &snippets, rate, jobs, &done)
+        .map_err(|(module, error)| Failure::input(format!("`{module}`: {error}")))?;
+    drop(progress);
     fs::create_dir_all(&arguments.out).map_err(|error| {
         Failure::runtime(format!("cannot make {}: {error}", arguments.out.display()))
     })?;

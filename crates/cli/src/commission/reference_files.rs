@@ -3,27 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use diagnosis::ModuleSetup;
-use diagnosis::state::{Reference, Snippet};
-use study::commissioning::learn;
+use diagnosis::state::Reference;
 
 use super::arguments::{Arguments, SnippetFlags};
 use crate::failure::Failure;
 use shell::clock::unix_ns;
 use vocabulary::words::utc;
-
-/// Learns the reference of every module.
-pub(super) fn learn_all(
-    setups: &[ModuleSetup],
-    snippets: &[Snippet],
-    false_alarms_per_hour: f64,
-) -> Result<Vec<Reference>, Failure> {
-    let reference = |(place, setup): (usize, &ModuleSetup)| {
-        learn(setups, place, snippets, false_alarms_per_hour)
-            .map_err(|error| Failure::input(format!("`{}`: {error}", setup.module)))
-    };
-    setups.iter().enumerate().map(reference).collect()
-}
 
 /// Writes each into a file of its own, and returns where they are.
 pub(super) fn write(

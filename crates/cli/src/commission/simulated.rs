@@ -31,7 +31,7 @@ impl SnippetFlags {
         plans: &[SnippetPlan],
     ) -> Result<Vec<Snippet>, Failure> {
         let site = self.site(plant)?;
-        let progress = WorkProgress::of_snippets("commissioning", plans.len() as u64);
+        let progress = WorkProgress::new("commissioning", "snippets", plans.len() as u64);
         record_snippets(&site, setups, plans, self.jobs(), &|| progress.advance())
             .map_err(|error| Failure::input(error.to_string()))
     }

@@ -90,7 +90,9 @@ impl DemoCourse {
     /// Handles an event; appends what is to be reported to `events`.
     pub(super) fn on_event(&mut self, event: &ObservedEvent, events: &mut Vec<DemoEvent>) {
         match &event.news {
-            News::Fault(transition) => self.transition(transition, events),
+            News::Fault(transition) | News::Present(transition) => {
+                self.transition(transition, events);
+            }
             News::Identification(found) => self.identification(found, events),
             News::Phase(change) => {
                 let Some(module) = self.modules.get_mut(&change.module) else { return };
@@ -175,10 +177,10 @@ impl DemoCourse {
     }
 
     fn transition(&mut self, transition: &FaultTransition, events: &mut Vec<DemoEvent>) {
-        let measured = StateRow::of_component(transition).measured;
-        let step = measured.decided_step.unwrap_or(self.now);
+        let step = transition.decided_step.unwrap_or(self.now);
         self.advance(step, events);
         if transition.state() == FaultState::Latched {
+            let measured = StateRow::of_component(transition).measured;
             self.named.entry(transition.component.clone()).or_insert(measured);
         }
         // A return to normal is not reported.

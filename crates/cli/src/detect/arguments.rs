@@ -19,8 +19,9 @@ use crate::csv_rows::TableFlags;
 /// For every row and channel the detector gives the Kullback-Leibler divergence between the running
 /// Gaussian of the last vectors of samples and that of some steps ago: about 0 as long as the
 /// statistics of the channel stay what they are, large when they change. A sliding interval gives a change
-/// a second time: when it leaves the interval, about that many rows later. Such rows are neither counted as
-/// changes nor as the largest divergence; --json has `"leaving":true` there.
+/// a second time: when it leaves the interval, about that many rows later, and so does the end of one. While samples that
+/// leave the interval cause more of the divergence than new ones do, rows count neither as changes nor for the largest
+/// divergence; --json marks them with `"leaving":true`.
 ///
 /// All channels share one set of settings: channels of different units are best run one by one
 /// with --columns. With --config each column is watched as the module's diagnoser does it: a gap of a few

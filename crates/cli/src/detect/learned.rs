@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
-    ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedJudge, LearnedModule,
+    ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedChannel, LearnedJudge,
+    LearnedModule,
 };
 use serde_json::{Map, Value, json};
 use settings::SettingsFile;
@@ -48,7 +49,12 @@ pub(super) fn run(arguments: &Arguments, module: LearnedModule) -> Result<(), Fa
     let names: Vec<String> = module.channels.iter().map(|channel| channel.name.clone()).collect();
     let (rows, name) = learn::open(file, &names, &arguments.table)?;
     let mut out = output::stdout();
-    let mut report = LearnedReport { names: &names, json: arguments.json, out: &mut out };
+    let mut report = LearnedReport {
+        channels: &module.channels,
+        names: &names,
+        json: arguments.json,
+        out: &mut out,
+    };
     if !arguments.json {
         writeln!(report.out, "{name}: rows are counted from 0")?;
     }
@@ -125,6 +131,7 @@ fn judge(
 }
 
 struct LearnedReport<'a, W> {
+    channels: &'a [LearnedChannel],
     names: &'a [String],
     json: bool,
     out: W,
@@ -143,7 +150,10 @@ impl<W: Write> LearnedReport<'_, W> {
             write!(self.out, "{}", output::line(&json!({ "verdict": document }))?)?;
         } else {
             let end = if *lasts { ", the end" } else { "" };
-            let what = fault.map_or_else(String::new, |fault| format!(": {}", fault_words(&fault)));
+            let what = channel
+                .zip(*fault)
+                .map(|(place, fault)| fault_words(&fault, &self.channels[place]));
+            let what = what.map_or_else(String::new, |what| format!(": {what}"));
             let who = channel.map_or("all others", |channel| self.names[channel].as_str());
             let state = state.as_str().replace('_', " ");
             let times = times.map_or_else(String::new, |(from, to)| format!(" ({from} to {to})"));
@@ -175,15 +185,17 @@ impl<W: Write> LearnedReport<'_, W> {
     }
 }
 
-fn fault_words(fault: &FittedKind) -> String {
+fn fault_words(fault: &FittedKind, channel: &LearnedChannel) -> String {
     let FittedKind { kind, decided, size, expected, within } = *fault;
+    let reading = |value| learn::reading(channel, value);
     let size = match kind {
-        DisplacementKind::Drift => format!("drift of {size:.4} per second"),
+        DisplacementKind::Drift => format!("drift of {} per second", reading(size)),
         DisplacementKind::Gain => format!("gain of {size:.3}"),
-        DisplacementKind::Stuck => format!("stuck, off by {size:.4} at last"),
-        DisplacementKind::Zero => format!("zero output, off by {size:.4} at last"),
-        DisplacementKind::Bias => format!("bias of {size:.4}"),
+        DisplacementKind::Stuck => format!("stuck, off by {} at last", reading(size)),
+        DisplacementKind::Zero => format!("zero output, off by {} at last", reading(size)),
+        DisplacementKind::Bias => format!("bias of {}", reading(size)),
     };
     let doubt = if decided { "" } else { " (kind not decided)" };
-    format!("{size}{doubt}; at its end it should have read {expected:.4} ± {within:.4}")
+    let (expected, within) = (reading(expected), reading(within));
+    format!("{size}{doubt}; at its end it should have read {expected} ± {within}")
 }

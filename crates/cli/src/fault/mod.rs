@@ -80,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
 }
 
-/// The freeze frame of a fault, or the reason why it is missing; `None` if the component has no fault.
+/// The freeze frame of a fault, or the reason why it is missing; `None` if no fault of the component is declared.
 type FoundFrame = Option<Result<FreezeFrame, String>>;
 
 fn show(arguments: &ShowArguments) -> Result<(), Failure> {
@@ -124,7 +124,7 @@ fn latched_frame<'a>(
     match frame {
         Some(Ok(frame)) => Ok(frame),
         Some(Err(why)) => Err(Failure::runtime(format!("{component}: no freeze frame: {why}"))),
-        None => Err(Failure::runtime(format!("{component} has no fault"))),
+        None => Err(Failure::runtime(format!("{component}: no fault is declared"))),
     }
 }
 

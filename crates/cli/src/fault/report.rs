@@ -38,17 +38,19 @@ pub(super) fn report(found: &FaultTransition, width: Option<u16>, paint: Paint) 
     let signature = identification.and_then(|identification| identification.signature.as_ref());
     let drawing = match signature {
         Some(signature) => drawing(signature, width.unwrap_or(USUAL_WIDTH), paint),
-        None => "no measurements are kept any more\n".to_owned(),
+        None => "no measurements are kept\n".to_owned(),
     };
     format!("{text}\n\n{drawing}")
 }
 
 fn add_state(rows: &mut TextTable, row: &StateRow) {
-    let onset = row.measured.onset_step.map(|step| format!("step {step}"));
-    let published = row.since_unix_ns.map(|since| format!("published {}", utc(since)));
-    let since: Vec<String> = onset.into_iter().chain(published).collect();
     rows.add_row(["state".to_owned(), row.state.clone()]);
-    rows.add_row(["since".to_owned(), since.join(", ")]);
+    if let Some(since) = row.since_unix_ns {
+        rows.add_row(["since".to_owned(), utc(since)]);
+    }
+    if let Some(onset) = row.measured.onset_step {
+        rows.add_row(["onset".to_owned(), format!("step {onset}")]);
+    }
     if !row.why.is_empty() {
         rows.add_row(["why".to_owned(), row.why.clone()]);
     }
@@ -137,16 +139,17 @@ mod tests {
         let drift = sized(FaultKind::Drift, 0.0127, [8.95e-5, 9e-5, 9.05e-5]);
         let found = identified(true, vec![bias(0.9873), drift]);
         let expected = "  m1/sensor/g2   of tower
-──────────────────────────────────────────────────────────────
+────────────────────────────────────────────────────────────
   state          latched
-  since          step 40, published 1970-01-01T00:00:01.000Z
+  since          1970-01-01T00:00:01.000Z
+  onset          step 40
   kind           bias
   probability    98.7 %
   size           +45.1 µm (44.8 to 45.4)
   contenders     1.3 %: drift of +90.0 µm/s (89.5 to 90.5)
   identified     as of step 142, 1970-01-01T00:00:01.100Z
 
-no measurements are kept any more";
+no measurements are kept";
         let text = text(&found, None);
         assert_eq!(text, expected, "\n{text}");
     }
@@ -171,7 +174,7 @@ no measurements are kept any more";
         assert!(nothing_fits.contains("kind           could not be identified"), "{nothing_fits}");
         let unidentified = text(&fault(None), None);
         assert!(unidentified.contains("kind           not identified\n"), "{unidentified}");
-        assert!(unidentified.ends_with("no measurements are kept any more"), "{unidentified}");
+        assert!(unidentified.ends_with("no measurements are kept"), "{unidentified}");
     }
 
     #[test]

@@ -91,9 +91,11 @@ fn document(scene: &Scene, all: bool) -> Value {
 
 /// A module, with the number of its components in each state.
 fn module(view: &ModuleView) -> impl Serialize {
-    let status = view.status.as_ref();
+    // Of a module that is not heard, nothing of the present is known.
+    let status = view.present_status();
+    let phase = view.phase().filter(|_| !view.is_silent);
     // The reason is included only if it belongs to the present phase.
-    let change = view.latest_phase_change();
+    let change = view.latest_phase_change().filter(|_| phase.is_some());
     let counts = view.counts();
     let fields = json!({
         "structure": view.structure,
@@ -103,7 +105,7 @@ fn module(view: &ModuleView) -> impl Serialize {
         "several_processes": view.has_several_processes(),
         "expected": view.expected,
         "peer_of": view.peer_of,
-        "phase": view.phase(),
+        "phase": phase,
         "phase_reason": change.map(|change| &change.reason),
         "phase_since": change.map(|change| utc(change.time_unix_ns)),
         "in_service_since_step": status.and_then(|status| status.in_service_since_step),
@@ -114,7 +116,7 @@ fn module(view: &ModuleView) -> impl Serialize {
         "clock_ahead_s": status.and_then(ModuleStatus::clock_difference).map(|d| d.ahead_s),
         "sample_age_ms": status.and_then(|status| status.sample_age_ms),
         "journal": status.map(|status| &status.journal),
-        "status_time": status.map(|status| utc(status.time_unix_ns)),
+        "status_time": view.status.as_ref().map(|status| utc(status.time_unix_ns)),
         "not_normal": counts.total() - counts.normal,
         // If the alarms of all components are suppressed, the suppression that ends first.
         "suppressed": view.suppression(),

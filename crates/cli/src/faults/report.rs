@@ -110,7 +110,7 @@ fn state_table(rows: &[StateRow]) -> Painted {
         "kind of fault",
         "onset",
         "decided",
-        "published",
+        "since",
         "residual",
         "divergence",
         "why",
@@ -184,7 +184,7 @@ tower
   m2       STALE           4711   1.2 ms       3.0 ms   none      -
   m3       NOT ANSWERING      -        -            -   -         peer of m1
 
-  component      state           kind of fault                      onset   decided   published                    residual          divergence   why
+  component      state           kind of fault                      onset   decided   since                        residual          divergence   why
 ──────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   m1/sensor/g2   latched         bias or drift: not yet decided   step 40   step 46   1970-01-01T00:00:01.000Z   +600.00 µm   422.6 × threshold   NOT IN THE JOURNAL
   m2             STALE           1 component unknown                    -         -   -                                   -                   -   -

@@ -74,7 +74,7 @@ mod tests {
 ───────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
   1970-01-01T00:00:00.000Z   m1              1   sensor/g1   latched             7   -
   1970-01-01T00:00:00.500Z   m1              1   sensor/g2   not identified    142   bias or drift: not yet decided
-  1970-01-01T00:00:01.000Z   m1              2   sensor/g1   acknowledged        7   acknowledged by ada@station: looks loose";
+  1970-01-01T00:00:01.000Z   m1              2   sensor/g1   acknowledged        -   acknowledged by ada@station: looks loose";
         let text = format!("\n{}", text.join("\n"));
         assert_eq!(text, expected, "{text}");
     }

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use diagnosis::state::learned::{
-    CleanedInterval, HealthyRecording, LEARNED_HEADING, LearningSettings, Learnt, learn,
+    CleanedInterval, HealthyRecording, LEARNED_HEADING, LearnedChannel, LearningSettings, Learnt,
+    learn,
 };
 use vocabulary::Signal;
 
@@ -153,6 +154,12 @@ pub(crate) fn step_s(rows: &CsvRows, rate: Option<f64>) -> Result<f64, Failure> 
     })
 }
 
+/// A value of a channel in its unit, as fine as its range asks for.
+pub(crate) fn reading(channel: &LearnedChannel, value: f64) -> String {
+    let decimals = (3.0 - channel.range().log10().floor()).clamp(4.0, 20.0) as usize;
+    format!("{value:.decimals$}")
+}
+
 fn report(learnt: &Learnt, times: &[Option<RowTimes>], out: &Path) -> String {
     let module = &learnt.module;
     let mut rows =
@@ -163,11 +170,11 @@ fn report(learnt: &Learnt, times: &[Option<RowTimes>], out: &Path) -> String {
         rows.add_row([
             channel.name.clone(),
             if k < module.sensors { "sensor" } else { "input" }.to_owned(),
-            format!("{:.4}", channel.lowest),
-            format!("{:.4}", channel.highest),
+            reading(channel, channel.lowest),
+            reading(channel, channel.highest),
             explained
                 .map_or_else(|| "-".to_owned(), |share| format!("{:.1} %", 100.0 * share.max(0.0))),
-            format!("{:.4}", channel.smallest_found),
+            reading(channel, channel.smallest_found),
             format!(
                 "{:.0} %{}",
                 100.0 * share,

@@ -117,15 +117,9 @@ pub(super) fn document(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &st
 pub(super) fn report(outcomes: &[CommandOutcome<'_>], kind: OrderKind, by: &str) -> String {
     let (what, paint) = (done(kind), Paint::of_stdout());
     let line = |CommandOutcome { module, order, outcome, .. }: &CommandOutcome<'_>| {
-        let OrderOutcome::Obeyed { state, sequence, .. } = outcome else { return None };
-        let now = match order.component {
-            Some(_) if kind.is_about_verdict() => format!("now {state}, transition {sequence}"),
-            Some(_) => format!("transition {sequence}"),
-            // The state is that of one of the module's components.
-            None => format!("up to transition {sequence}"),
-        };
         let subject = order_subject(module, order);
-        let line = format!("{what:<12} {subject} by {}: {now}", printable(by));
+        let effect = outcome.effect(kind, &subject)?;
+        let line = format!("{what:<12} {subject} by {}: {effect}", printable(by));
         Some(paint.in_colour(Colour::Green, &line) + "\n")
     };
     outcomes.iter().filter_map(line).collect()

@@ -5,7 +5,9 @@ use std::panic::resume_unwind;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 
-use ::replay::{Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, replay};
+use ::replay::{
+    Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, processes_before, replay,
+};
 use diagnosis::messages::Speaker;
 use serde::Serialize;
 use vocabulary::{FaultTransition, ModuleName, RunId, Step, StructureName};
@@ -32,7 +34,13 @@ pub(super) struct ReplayedProcess {
     pub(super) divergences_not_verified: u64,
     pub(super) identifications_not_verified: u64,
     pub(super) verdicts_not_recorded: u64,
+    /// None of its divergences is recorded, though there were some.
+    pub(super) divergences_absent: bool,
+    /// None of its identifications is recorded, though there were some.
+    pub(super) identifications_absent: bool,
     pub(super) verdicts_after_recorded: u64,
+    /// Verdicts that it came to before the recording began, and that are not in it.
+    pub(super) verdicts_before_recorded: u64,
     /// The first difference.
     pub(super) difference: Option<Difference>,
     /// Why it is not replayed, or not to its end.
@@ -55,6 +63,8 @@ pub(super) struct ReplayedModule {
     pub(super) divergences_without_process: u64,
     /// Recorded identifications that no process is known of.
     pub(super) identifications_without_process: u64,
+    /// Processes that had ended before the recording began: what they decided is not in question.
+    pub(super) processes_before: usize,
     pub(super) processes: Vec<ReplayedProcess>,
 }
 
@@ -87,7 +97,8 @@ pub(super) fn run(reading: &RecordingContents, began: Instant) -> ExactReplay {
 
 fn module(record: &ModuleRecord) -> ReplayedModule {
     let courses = courses(record);
-    let remembered = RememberedVerdicts::of(&courses);
+    let processes_before = processes_before(record);
+    let remembered = RememberedVerdicts::of(&courses, processes_before > 0);
     let processes: Vec<ReplayedProcess> = courses
         .into_iter()
         .map(|(process, course)| {
@@ -118,6 +129,7 @@ fn module(record: &ModuleRecord) -> ReplayedModule {
         verdicts_without_process: (own.len() as u64).saturating_sub(verdicts),
         divergences_without_process: (said.count() as u64).saturating_sub(divergences),
         identifications_without_process: (found.count() as u64).saturating_sub(identifications),
+        processes_before,
         processes,
     }
 }
@@ -126,26 +138,31 @@ fn module(record: &ModuleRecord) -> ReplayedModule {
 const LEAD_IN_NS: u64 = 2_000_000_000;
 
 /// The verdicts that the first process remembered, or had published before the recording has its state: they are published
-/// again, and were never to be replayed.
+/// again, and were never to be replayed. So are those of processes that had ended before the recording began.
 struct RememberedVerdicts {
     before: u64,
+    /// When the last of those processes had ended at the latest.
+    ended_before: u64,
     sequences: BTreeSet<u64>,
     /// It is not followed from its start.
     has_lead_in: bool,
 }
 
 impl RememberedVerdicts {
-    fn of(courses: &[(u64, Result<ProcessCourse, Shortfall>)]) -> Self {
+    fn of(courses: &[(u64, Result<ProcessCourse, Shortfall>)], have_ended: bool) -> Self {
         let first = courses.first();
+        let ended_before = first.filter(|_| have_ended).map_or(0, |(process, _)| *process);
         let course = first.and_then(|(_, course)| course.as_ref().ok());
         let latest = course.into_iter().flat_map(|course| &course.memory.latest);
         let sequences = latest.map(|transition| transition.sequence).collect();
         let before = course.map_or(0, ProcessCourse::from);
-        Self { before, sequences, has_lead_in: course.is_some_and(|c| c.state.is_some()) }
+        let has_lead_in = course.is_some_and(|c| c.state.is_some());
+        Self { before, ended_before, sequences, has_lead_in }
     }
 
     fn has(&self, time_unix_ns: u64, sequence: u64) -> bool {
-        time_unix_ns < self.before && self.sequences.contains(&sequence)
+        time_unix_ns < self.ended_before
+            || time_unix_ns < self.before && self.sequences.contains(&sequence)
     }
 
     fn is_lead_in(&self, time_unix_ns: u64) -> bool {
@@ -173,7 +190,10 @@ impl ReplayedProcess {
             divergences_not_verified: comparison.divergences_unverified,
             identifications_not_verified: comparison.identifications_unverified,
             verdicts_not_recorded: comparison.verdicts_unrecorded,
+            divergences_absent: comparison.divergences_absent,
+            identifications_absent: comparison.identifications_absent,
             verdicts_after_recorded: comparison.verdicts_beyond,
+            verdicts_before_recorded: comparison.verdicts_before,
             difference: comparison.difference,
             shortfall: shortfall.as_ref().map(Shortfall::to_string),
             notes: course.notes,

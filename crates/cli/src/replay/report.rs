@@ -191,15 +191,27 @@ fn shortfalls(exact: &ExactReplay) -> Vec<String> {
     all
 }
 
-/// How much a process decided and the recording lacks, although it has later verdicts.
-fn lacking(module: &ReplayedModule, process: &ReplayedProcess) -> Option<String> {
-    let (name, verdicts) = (started(module, process), process.verdicts_not_recorded);
-    (verdicts > 0).then(|| format!("{name}: {verdicts} verdicts are not in the recording"))
+/// What a process published and the recording lacks.
+fn lacking(module: &ReplayedModule, process: &ReplayedProcess) -> Vec<String> {
+    let verdicts = process.verdicts_not_recorded;
+    let mut lacking = Vec::new();
+    lacking.extend((verdicts > 0).then(|| format!("{verdicts} verdicts are not")));
+    lacking.extend(process.divergences_absent.then(|| "its divergences are not".to_owned()));
+    let identified = process.identifications_absent;
+    lacking.extend(identified.then(|| "its identifications are not".to_owned()));
+    let name = started(module, process);
+    lacking.iter().map(|what| format!("{name}: {what} in the recording")).collect()
 }
 
 /// What should be known besides.
 fn notes(exact: &ExactReplay) -> Vec<String> {
     let mut notes = shortfalls(exact);
+    for module in exact.modules.iter().filter(|module| module.processes_before > 0) {
+        let ReplayedModule { module, processes_before: ended, .. } = module;
+        notes.push(format!(
+            "{module}: what its processes decided that had ended before the recording began ({ended}) is not compared"
+        ));
+    }
     for (module, process) in exact.replayed() {
         let name = started(module, process);
         notes.extend(process.notes.iter().map(|note| format!("{name}: {note}")));
@@ -211,6 +223,10 @@ fn notes(exact: &ExactReplay) -> Vec<String> {
             notes.push(format!("{name}: it ran version {software}, this is version {own}"));
         }
         notes.extend(lacking(module, process));
+        let before = process.verdicts_before_recorded;
+        if before > 0 {
+            notes.push(format!("{name}: {before} verdicts come before the recording began"));
+        }
         let beyond = process.verdicts_after_recorded;
         if beyond > 0 {
             notes.push(format!("{name}: {beyond} verdicts come after the last one recorded"));

@@ -307,6 +307,10 @@ pub(super) struct ExportArguments {
     /// The directory to write into
     #[arg(value_name = "DIR")]
     pub(super) directory: PathBuf,
+    /// Write what was measured too: demands, pressures, elongations, from which `learn` and `detect
+    /// --config` start
+    #[arg(long)]
+    pub(super) readings: bool,
     #[command(flatten)]
     pub(super) of: ScenarioArguments,
     #[command(flatten)]

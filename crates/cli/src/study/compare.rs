@@ -76,7 +76,7 @@ fn watched_by(
         mismatch: CALIBRATION_MISMATCH,
         jobs,
     };
-    let progress = WorkProgress::of_runs("calibration", runs.runs);
+    let progress = WorkProgress::new("calibration", "runs", runs.runs);
     let calibration = runs.calibrate(structure, parameters, setups, &|| progress.advance())?;
     for (setup, module) in setups.iter_mut().zip(&calibration.modules) {
         let largest = module.channels.iter().map(|channel| channel.peaks.largest());

@@ -77,8 +77,8 @@ pub(super) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
 pub(super) fn engine(jobs: usize, stop: &AtomicBool) -> Engine<'_> {
     const BEGIN: Begin = &|work, all| {
         let progress = match work {
-            EngineWork::Commissioning => WorkProgress::of_snippets("commissioning", all),
-            EngineWork::Cases => WorkProgress::of_runs("cases", all),
+            EngineWork::Commissioning => WorkProgress::new("commissioning", "snippets", all),
+            EngineWork::Cases => WorkProgress::new("cases", "runs", all),
         };
         Box::new(move || progress.advance())
     };

@@ -62,13 +62,13 @@ pub(super) fn write(arguments: &ExportArguments) -> Result<(), Failure> {
     files::make(directory)?;
     let cases: Vec<u64> = (0..campaign.cases()).collect();
     let mut recorded = Recorded::new();
-    let progress = WorkProgress::of_runs("recordings", campaign.cases());
+    let progress = WorkProgress::new("recordings", "runs", campaign.cases());
     let keep = |case: &u64, record| {
         recorded.insert(*case, record);
         progress.advance();
         Ok(())
     };
-    let record = |case: &u64| record(&campaign, *case, directory);
+    let record = |case: &u64| record(&campaign, *case, arguments.readings, directory);
     parallel::for_each(&cases, arguments.jobs.count(), &stop, record, keep)?;
     write_truth(&campaign, directory, &recorded)?;
     write_changes(&campaign, directory, &recorded)?;
@@ -98,12 +98,13 @@ fn file_name(campaign: &ScenarioCampaign, case: u64) -> String {
 fn record(
     campaign: &ScenarioCampaign,
     case: u64,
+    readings: bool,
     directory: &Path,
 ) -> Result<(ScenarioRow, Vec<RecordedChange>), Failure> {
     let path = directory.join(file_name(campaign, case));
     let file = File::create(&path).map_err(|error| cannot_write(&path, &error))?;
     let mut out = BufWriter::new(file);
-    let recorded = export(campaign, case, &mut out).map_err(|error| match error {
+    let recorded = export(campaign, case, readings, &mut out).map_err(|error| match error {
         StudyError::Write(error) => cannot_write(&path, &error),
         error => error.into(),
     })?;

@@ -66,7 +66,7 @@ fn a_recording_gives_the_very_changes_of_its_run() {
     let mut count = 0;
     for number in 0..7 {
         let mut table = Vec::new();
-        let (record, exported) = export(&campaign, number, &mut table).unwrap();
+        let (record, exported) = export(&campaign, number, false, &mut table).unwrap();
         let table = String::from_utf8(table).unwrap();
         let expected: BTreeSet<_> =
             exported.iter().map(|c| (c.component.to_string(), c.step.0)).collect();
@@ -91,7 +91,7 @@ fn the_summary_names_the_modules() {
     let mut campaign = campaign();
     campaign.ranges.length_s = 0.1;
     campaign.ranges.onset_s = [0.05, 0.06];
-    export(&campaign, 0, &mut table).unwrap();
+    export(&campaign, 0, false, &mut table).unwrap();
     let table = String::from_utf8(table).unwrap();
     let both = modules(&["module1.toml", "module2.toml"]);
     let outcome = detect(&table, &both, &[]);

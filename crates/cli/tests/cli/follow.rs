@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
-use vocabulary::FaultState;
+use vocabulary::{FaultState, FaultTransition, GivenOrder, GivenOrderKind};
 
 use crate::binary::trusswatch;
 use crate::stand_in::StandIn;
@@ -82,6 +82,32 @@ async fn verdicts_and_presence_are_printed_as_they_come_until_it_is_ended() {
     assert_eq!((&document["news"], &document["state"]), (&"fault".into(), &"latched".into()));
     assert_eq!((&document["sequence"], &document["v"]), (&7.into(), &1.into()));
     assert_eq!(codes, [Some(0), Some(0)]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn it_begins_with_the_present_alarms_and_with_nothing_of_the_past() {
+    let tower = StandIn::open("tower").await;
+    let alarm = tower.transition("module1/sensor/g2", FaultState::Latched, 7);
+    let (kind, by) = (GivenOrderKind::Unsuppress, "ada".to_owned());
+    let order = Some(GivenOrder { kind, by, on_behalf_of: None, note: None });
+    let past = tower.transition("module1/sensor/g3", FaultState::Normal, 8);
+    tower.states("module1", vec![alarm, FaultTransition { order, ..past }]).await;
+    let mut people = Follower::of(&tower, &[]);
+    let lines = tokio::time::timeout(
+        TIMEOUT,
+        tokio::task::spawn_blocking(move || {
+            let first = people.line(&["sensor/"]);
+            let next = tower.transition("module1/sensor/g4", FaultState::Latched, 9);
+            tokio::runtime::Handle::current().block_on(tower.publish(&next));
+            let lines = [first, people.line(&["sensor/"])];
+            people.stop();
+            lines
+        }),
+    );
+    let [first, next] = lines.await.unwrap().unwrap();
+    assert!(first.contains("sensor/g2") && first.contains("latched"), "{first}");
+    assert!(first.contains("when this view connected or before"), "{first}");
+    assert!(next.contains("sensor/g4") && next.contains("changed at step"), "{next}");
 }
 
 /// Far more than a pipe holds.

@@ -122,6 +122,55 @@ fn a_verdict_that_the_recording_lacks_was_not_compared() {
     replay(&files, &["--verify"]).fails(6, &["verdicts are not in the recording"]);
 }
 
+/// The recording itself shows that there were some.
+#[test]
+fn of_a_process_without_any_messages_of_a_kind_not_everything_was_compared() {
+    for (topic, lacks) in [
+        ("module1/fault/", "verdicts are not in the recording"),
+        ("module1/divergence", "its divergences are not in the recording"),
+        ("module1/identification/", "its identifications are not in the recording"),
+    ] {
+        let (_directory, files) = recording(|messages| {
+            let before = messages.len();
+            messages.retain(|message| !message.topic.contains(topic));
+            assert!(messages.len() < before, "{topic}");
+        });
+        let outcome = replay(&files, &["--verify"]);
+        outcome.fails(6, &["module1, started", lacks]);
+        assert!(!outcome.stderr.contains("module2"), "{}", outcome.stderr);
+        // None was published.
+        replay(&files, &["--verify", "--module", "module2"]).succeeds();
+    }
+}
+
+/// The journal gives its inputs, and the next process its verdicts.
+#[test]
+fn what_a_process_decided_before_the_recording_began_is_not_in_question() {
+    let mut live = Live::new(|setup| setup.reference = None);
+    live.run(3000);
+    live.inject("module1/sensor/g5", Fault::Bias { offset_m: 2e-4 });
+    live.run(3000);
+    let begins = live.published.len();
+    live.restart(0);
+    live.run(3000);
+    let directory = TempDir::new().unwrap();
+    let file = directory.path().join("a.mcap");
+    let is_fetched = |message: &Published| {
+        ["/input", "/fault/", "/identification/"].iter().any(|topic| message.topic.contains(topic))
+    };
+    let (before, recorded) = live.published.split_at(begins);
+    let fetched = before.iter().filter(|message| is_fetched(message)).cloned();
+    let messages: Vec<Published> = fetched.chain(recorded.iter().cloned()).collect();
+    assert!(messages.iter().any(|message| message.topic.contains("module1/fault/")));
+    write(&file, &messages);
+    let outcome = run(&["replay", file.to_str().unwrap(), "--verify", "--module", "module1"]);
+    outcome.succeeds();
+    let wanted =
+        "module1: what its processes decided that had ended before the recording began (1)";
+    assert!(outcome.stdout.contains(wanted), "{}", outcome.stdout);
+    assert!(!outcome.stdout.contains("not verified"), "{}", outcome.stdout);
+}
+
 #[test]
 fn of_two_configurations_a_changed_one_is_noticed() {
     let (_directory, files) = recording(|messages| {

@@ -1,5 +1,6 @@
-//! Asks for what is missing: publishers keep their latest samples and inputs. And for what a diagnoser tells who asks:
-//! its configuration, its inputs so far, its present states, and its whole state.
+//! Asks for what is missing: publishers keep their latest samples and inputs, and journals have the transitions and
+//! identifications. And for what a diagnoser tells who asks: its configuration, its inputs so far, its present states, and
+//! its whole state.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -10,8 +11,9 @@ use shell::occurrences::Occurrences;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
 use vocabulary::{
-    InputQuestion, Key, ModuleName, RunId, SampleQuestion, Step, StructureName, Topic,
-    delivery::Backoff, keys::Watched,
+    FaultTransition, HistoryPage, HistoryQuestion, Identification, InputQuestion, Key, Message,
+    ModuleName, RunId, SampleQuestion, Step, StructureName, Topic, delivery::Backoff,
+    keys::Watched,
 };
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -19,7 +21,7 @@ use zenoh::query::{ConsolidationMode, QueryTarget};
 use zenoh::sample::SampleKind;
 
 use super::keys::RecordedKeys;
-use super::missing::{Counting, MissingRange};
+use super::missing::{Counting, FAULTS, MissingRange, Place};
 use super::queue::{EventQueue, ReceivedMessage, RecorderEvent};
 
 /// Requests that may wait.
@@ -164,7 +166,11 @@ impl Fetcher {
         let mut had = None;
         let mut pauses = PAUSES;
         loop {
-            match self.fetch(&selector(gap, from, to)).await.1 {
+            let last = match gap.counting {
+                Counting::Sequences => self.history(gap, from, to).await,
+                Counting::Steps | Counting::Numbers => self.fetch(&selector(gap, from, to)).await.1,
+            };
+            match last {
                 Some(last) if last >= to => return Some(last),
                 Some(last) if last >= from => {
                     (had, from) = (Some(last), last + 1);
@@ -184,9 +190,56 @@ impl Fetcher {
         }
         self.fetch(&key(Topic::Input)).await;
         let watched = Watched { structure: Some(structure), module: Some(module) };
-        for expression in [watched.faults(), watched.identifications(), watched.phases()] {
+        if self.fetch(&watched.faults()).await.0 > 0 {
+            self.queue.put(RecorderEvent::Heard(watched.faults())).await;
+        }
+        for expression in [watched.identifications(), watched.phases()] {
             self.fetch(&expression).await;
         }
+    }
+
+    /// Asks a module's journal for transitions, with what was found of the faults that they declared. Passes them on as
+    /// they would have been published; returns the last that came.
+    async fn history(&self, gap: &MissingRange, from: u64, to: u64) -> Option<u64> {
+        let mut replies = self.ask(&selector(gap, from, to)).await;
+        let mut last = None;
+        while let Some(message) = replies.recv().await {
+            let Ok(page) = vocabulary::decode::<HistoryPage>(&message.payload) else { continue };
+            let is_wanted = |sequence| (from..=to).contains(&sequence);
+            // Of another journal the numbers mean something else.
+            let transitions: Vec<FaultTransition> = (page.transitions.into_iter())
+                .filter(|one| one.incarnation == gap.epoch && is_wanted(one.sequence))
+                .collect();
+            last = last.max(transitions.iter().map(|one| one.sequence).max());
+            let is_declared = |found: &Identification| {
+                transitions.iter().any(|one| one.sequence == found.sequence)
+            };
+            let found: Vec<Identification> =
+                page.identifications.into_iter().filter(is_declared).collect();
+            for one in &transitions {
+                let topic = Topic::Fault(one.component.component.clone());
+                self.pass_on((&one.structure, &one.module, topic), one, &message).await;
+            }
+            for one in &found {
+                let topic = Topic::Identification(one.component.component.clone());
+                self.pass_on((&one.structure, &one.module, topic), one, &message).await;
+            }
+        }
+        last
+    }
+
+    /// What a page has, as a message on its own topic.
+    async fn pass_on(
+        &self,
+        (structure, module, topic): (&StructureName, &ModuleName, Topic),
+        message: &impl Message,
+        page: &ReceivedMessage,
+    ) {
+        // A message that was read is encoded again without failing.
+        let Ok(payload) = vocabulary::encode(message) else { return };
+        let topic = Key::of_module(structure, module, topic).to_string();
+        let message = ReceivedMessage { topic, payload, at_unix_ns: page.at_unix_ns };
+        self.queue.put(RecorderEvent::Fetched(message)).await;
     }
 
     /// Puts a question and passes on the replies: how many came, and the place of the last that is counted.
@@ -199,7 +252,21 @@ impl Fetcher {
         selector: &str,
         event: fn(ReceivedMessage) -> RecorderEvent,
     ) -> (usize, Option<u64>) {
-        let (found, mut replies) = mpsc::unbounded_channel();
+        let mut replies = self.ask(selector).await;
+        let (mut had, mut last) = (0, None);
+        while let Some(message) = replies.recv().await {
+            had += 1;
+            let stamp = Stamp::of(&message.payload);
+            let place = Place::of(&message.topic, &message.payload, &stamp);
+            last = last.max(place.map(|place| place.at));
+            self.queue.put(event(message)).await;
+        }
+        (had, last)
+    }
+
+    /// Puts a question. The replies end when the network has dropped the callback.
+    async fn ask(&self, selector: &str) -> mpsc::UnboundedReceiver<ReceivedMessage> {
+        let (found, replies) = mpsc::unbounded_channel();
         let count = AtomicUsize::new(0);
         let query = self.session.get(selector).target(QueryTarget::All);
         let query = query.consolidation(ConsolidationMode::None).timeout(WITHIN);
@@ -214,20 +281,12 @@ impl Fetcher {
         if let Err(error) = asked.await {
             tracing::debug!("request for missed messages failed: {error}");
         }
-        let (mut had, mut last) = (0, None);
-        // Ends when the network has dropped the callback.
-        while let Some(message) = replies.recv().await {
-            had += 1;
-            let counting = Counting::of(&message.topic);
-            let at = counting.and_then(|counting| counting.place(&Stamp::of(&message.payload)));
-            last = last.max(at.map(|(_, at)| at));
-            self.queue.put(event(message)).await;
-        }
-        (had, last)
+        replies
     }
 }
 
 fn selector(gap: &MissingRange, from: u64, to: u64) -> String {
+    let mut topic = gap.topic.clone();
     let parameters = match gap.counting {
         Counting::Steps => {
             let (from, to) = (Step(from), Step(to));
@@ -237,8 +296,14 @@ fn selector(gap: &MissingRange, from: u64, to: u64) -> String {
             let (from, to) = (Some(from), Some(to));
             InputQuestion { process: Some(gap.epoch), from, to }.to_parameters()
         }
+        Counting::Sequences => {
+            if let Some(module) = topic.strip_suffix(FAULTS) {
+                topic = format!("{module}{}", Topic::History);
+            }
+            HistoryQuestion { since: from, limit: to - from + 1 }.to_parameters()
+        }
     };
-    format!("{}?{parameters}", gap.topic)
+    format!("{topic}?{parameters}")
 }
 
 /// Requests what each diagnoser tells, when its token is seen.

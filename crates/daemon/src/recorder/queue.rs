@@ -26,6 +26,8 @@ pub(super) enum RecorderEvent {
     Fetched(ReceivedMessage),
     /// A part of a diagnoser's state.
     State(ReceivedMessage),
+    /// The present states of the components of a module have been fetched; the key expression of its transitions.
+    Heard(String),
     /// What was asked for has come as far as it ever will.
     Settled(MissingRange),
     /// Time has passed.
@@ -72,7 +74,7 @@ impl RecorderEvent {
             RecorderEvent::Published(message)
             | RecorderEvent::Fetched(message)
             | RecorderEvent::State(message) => message.payload.len(),
-            RecorderEvent::Settled(_) | RecorderEvent::Tick => 0,
+            RecorderEvent::Heard(_) | RecorderEvent::Settled(_) | RecorderEvent::Tick => 0,
         }
     }
 }

@@ -12,7 +12,7 @@ use vocabulary::{Input, ModuleConfiguration, Taken, Topic};
 
 use super::fetching::{FetchRequest, FetchRequests, module_request};
 use super::keys::RecordedKeys;
-use super::missing::{Counting, MissingRange, NumberedStreams};
+use super::missing::{Counting, MissingRange, NumberedStreams, Place};
 use super::queue::{Dropped, QueuedEvents, ReceivedMessage, RecorderEvent};
 use super::report::RecorderReport;
 use super::states::OwedStates;
@@ -101,6 +101,8 @@ impl RecordingThread {
             }
         }
         self.retry_at = None;
+        // Nothing more can be asked for: what a diagnoser has said was published, and has had its time, is missing as well.
+        self.streams.overdue(Instant::now());
         for (topic, count) in self.streams.outstanding().filter(|(_, count)| *count > 0) {
             *self.losses.entry((topic.to_owned(), UNANSWERED)).or_default() += count;
         }
@@ -115,7 +117,8 @@ impl RecordingThread {
         match arrival {
             RecorderEvent::Published(message) => {
                 let stamp = Stamp::of(&message.payload);
-                let noted = self.streams.published(&message.topic, &stamp);
+                let place = Place::of(&message.topic, &message.payload, &stamp);
+                let noted = self.streams.published(place.as_ref());
                 if let Some(gap) = noted.gap {
                     self.want(gap);
                 }
@@ -124,7 +127,8 @@ impl RecordingThread {
                     module_request(&message.topic).map(|request| self.requests.add(request));
                 }
                 let is_recorded = |topic: &str| self.keys.has(topic);
-                self.streams.said(&message.topic, &stamp, Instant::now(), is_recorded);
+                let said = (message.topic.as_str(), message.payload.as_slice());
+                self.streams.said(said, &stamp, Instant::now(), is_recorded);
                 let sample = message.topic.ends_with("/sample").then(|| message.topic.clone());
                 self.record(message, stamp);
                 // If a file begins with it, it is the first in there.
@@ -136,9 +140,21 @@ impl RecordingThread {
                 let stamp = Stamp::of(&message.payload);
                 if message.topic.ends_with(&format!("/{}", Topic::Configuration)) {
                     self.configure(message, stamp);
-                } else if self.streams.fetched(&message.topic, &stamp).is_new {
+                    return;
+                }
+                let place = Place::of(&message.topic, &message.payload, &stamp);
+                let noted = self.streams.fetched(place.as_ref());
+                if let Some(gap) = noted.gap {
+                    self.want(gap);
+                }
+                if noted.is_new {
                     self.report.fetched += 1;
                     self.record(message, stamp);
+                }
+            }
+            RecorderEvent::Heard(topic) => {
+                if self.keys.has(&topic) {
+                    self.streams.heard(&topic);
                 }
             }
             RecorderEvent::State(message) => self.take_state(message),

@@ -63,7 +63,9 @@ async fn until_as_expected(faults: &mut Live, expected: &Story) {
     let as_expected = async {
         while story != *expected {
             match &faults.next_event().await.unwrap().news {
-                News::Fault(transition) => note(&mut story, transition),
+                News::Fault(transition) | News::Present(transition) => {
+                    note(&mut story, transition);
+                }
                 news @ (News::Missed { .. } | News::Lost { .. }) => unreachable!("{news:?}"),
                 _ => {}
             }

@@ -41,6 +41,12 @@ impl DivergenceBank {
         self.outcomes.len()
     }
 
+    /// What the latest samples led to.
+    #[must_use]
+    pub fn outcomes(&self) -> &[DivergenceOutcome] {
+        &self.outcomes
+    }
+
     /// Forgets all data.
     pub fn restart(&mut self) {
         self.groups.iter_mut().for_each(EstimatorGroup::restart);
@@ -63,6 +69,14 @@ impl DivergenceBank {
         self.gap();
         self.outcomes.fill(DivergenceOutcome::Undefined);
         &self.outcomes
+    }
+
+    /// How much of a channel's latest divergence comes of the vectors that came within the lag, and how much of those that
+    /// left the interval meanwhile.
+    #[must_use]
+    pub fn parts(&self, channel: usize) -> [f64; 2] {
+        let parts = self.groups.get(channel / LANES).map(|group| group.parts(channel % LANES));
+        parts.unwrap_or_default()
     }
 
     /// Takes the next sample of every channel. If any is not finite or the number of samples is not

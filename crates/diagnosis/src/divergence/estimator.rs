@@ -186,6 +186,16 @@ impl EstimatorGroup {
         divergence
     }
 
+    /// How much of a channel's divergence comes of the vectors that were added within the lag, and how much of those that
+    /// were deleted. Their sum is not the divergence, for the two have terms in common.
+    pub(super) fn parts(&self, lane: usize) -> [f64; 2] {
+        [false, true].map(|of_deletions| {
+            let (excess, shift) = self.recent.part(of_deletions);
+            let distance = self.current.quadratic_form(Portable, &shift)[lane];
+            0.5 * (excess[lane] + (self.current.count()[lane] - 1.0) * distance)
+        })
+    }
+
     /// n_{k−l}: how many vectors the Gaussian held l steps ago; below 0 if there was none.
     #[inline(always)]
     fn earlier_count(&self, lane: usize) -> f64 {

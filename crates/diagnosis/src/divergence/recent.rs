@@ -152,6 +152,20 @@ impl RecentChanges {
         (excess, trace_loss)
     }
 
+    /// Λ − T and δ of additions alone, or of deletions alone.
+    pub(super) fn part(&self, of_deletions: bool) -> (Lane, Vec<Lane>) {
+        let (mut excess, mut shift) = (splat(0.0), vec![splat(0.0); self.dimension]);
+        for (term, u) in self.terms.iter().zip(self.deviations.chunks_exact(self.dimension)) {
+            for lane in (0..LANES).filter(|&lane| (term.weight[lane] < 0.0) == of_deletions) {
+                excess[lane] += term.surplus[lane] + term.lowered[lane];
+                for (s, u) in shift.iter_mut().zip(u) {
+                    s[lane] += term.mean_share[lane] * u[lane];
+                }
+            }
+        }
+        (excess, shift)
+    }
+
     /// δ: by how much the recorded changes moved the mean.
     #[inline(always)]
     pub(super) fn mean_shift(&self) -> &[Lane] {

@@ -49,11 +49,16 @@ impl Gaussian {
         let mean_of =
             |place: usize| observations.iter().map(|one| one.values[place]).sum::<f64>() / count;
         let mean: Vec<f64> = (0..size).map(mean_of).collect();
-        let covariance = |a: usize, b: usize| {
-            let product =
-                |one: &SnippetValues| (one.values[a] - mean[a]) * (one.values[b] - mean[b]);
-            observations.iter().map(product).sum::<f64>() / count
-        };
+        // Of each value with those up to itself; by observations, for these are in memory one after another.
+        let mut products: Vec<Vec<f64>> = (0..size).map(|place| vec![0.0; place + 1]).collect();
+        for one in observations {
+            let off: Vec<f64> =
+                one.values.iter().zip(&mean).map(|(value, mean)| value - mean).collect();
+            for (own, row) in off.iter().zip(&mut products) {
+                row.iter_mut().zip(&off).for_each(|(sum, other)| *sum += own * other);
+            }
+        }
+        let covariance = |a: usize, b: usize| products[a][b] / count;
         let deviation: Vec<f64> =
             (0..size).map(|place| covariance(place, place).sqrt().max(least[place])).collect();
         let correlation = |a: usize, b: usize| covariance(a, b) / (deviation[a] * deviation[b]);

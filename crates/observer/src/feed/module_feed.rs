@@ -1,7 +1,7 @@
 //! The feed of one module: hands out its transitions once each and in order, its identifications and phases once each,
 //! and decides which questions fill gaps.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
@@ -293,12 +293,16 @@ impl ModuleFeed {
         self.release()
     }
 
-    /// Starts the sequence with the latest transition of every component and those published since.
+    /// Starts the sequence with the latest transition of every component and those published since. Of the former
+    /// those are events that were published meanwhile.
     fn begin(&mut self) -> Vec<News> {
         let mut news = Vec::new();
+        let published: BTreeSet<_> = self.filler.held().map(FaultTransition::place).collect();
         for state in std::mem::take(&mut self.present).into_values() {
             self.latest = LatestTransition::of(&state);
-            news.push(News::Fault(Box::new(state)));
+            let is_event = published.contains(&state.place());
+            let state = Box::new(state);
+            news.push(if is_event { News::Fault(state) } else { News::Present(state) });
         }
         self.is_begun = true;
         let held = std::mem::replace(&mut self.filler, after(self.latest));

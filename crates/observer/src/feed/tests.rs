@@ -3,14 +3,14 @@
 use std::time::{Duration, Instant};
 
 use vocabulary::{
-    Candidate, FaultTransition, HistoryPage, Identification, ModulePhase, PhaseChange, RunId, Step,
-    fault::FaultKind,
+    Candidate, FaultState, FaultTransition, GivenOrder, GivenOrderKind, HistoryPage,
+    Identification, ModulePhase, PhaseChange, RunId, Step, fault::FaultKind,
 };
 
 use super::module_feed::LOOK_EVERY;
 use super::{EventFeed, Incoming, ModuleAnswer, ModuleKey, ModuleQuery};
 use crate::testing;
-use crate::view::News;
+use crate::view::{EventLine, News};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -22,7 +22,7 @@ fn key() -> ModuleKey {
 fn at(sequence: u64, time_unix_ns: u64) -> FaultTransition {
     let component = format!("m1/sensor/g{}", sequence % 3).parse().unwrap();
     let untouched = FaultTransition::untouched(key().0, component, time_unix_ns);
-    FaultTransition { sequence, ..untouched }
+    FaultTransition { sequence, verdict: vocabulary::Verdict::Latched, ..untouched }
 }
 
 fn transition(sequence: u64) -> FaultTransition {
@@ -75,7 +75,7 @@ impl Bench {
     fn note(&mut self, news: Vec<News>) {
         for event in news {
             match event {
-                News::Fault(transition) => {
+                News::Fault(transition) | News::Present(transition) => {
                     self.handed.push((transition.sequence, transition.time_unix_ns));
                 }
                 News::Missed { from, to, .. } => self.missed.push((from, to)),
@@ -134,6 +134,45 @@ fn the_present_comes_first_and_what_was_published_meanwhile_after_it_once() {
     bench.note(news);
     assert_eq!(bench.numbers(), [1, 3, 5, 6]);
     assert_eq!(bench.question(), None);
+}
+
+#[test]
+fn at_first_the_present_alarms_are_told_and_nothing_of_the_past() {
+    let of = |sequence: u64, state: FaultState| FaultTransition {
+        verdict: vocabulary::Verdict::example(state),
+        ..transition(sequence)
+    };
+    let order = testing::acknowledged("m1", 1).order;
+    let order = order.map(|order| GivenOrder { kind: GivenOrderKind::Unsuppress, ..order });
+    let unsuppressed = FaultTransition { order, ..of(1, FaultState::Normal) };
+    let suppressed = testing::suppressed(of(4, FaultState::Normal));
+    let (mut feed, now) = (EventFeed::default(), Instant::now());
+    // This one is published while it is asked for.
+    let published = of(5, FaultState::Normal);
+    assert_eq!(feed.transition(published.clone()), []);
+    let mut alarm = of(2, FaultState::Latched);
+    alarm.since_unix_ns = 7;
+    let unmonitored = of(3, FaultState::Unknown);
+    let before = [&unsuppressed, &alarm, &unmonitored, &suppressed];
+    let states = before.into_iter().chain([&published]).cloned().collect();
+    let news = feed.open(states, now);
+    let present = |state: &FaultTransition| News::Present(Box::new(state.clone()));
+    let event = News::Fault(Box::new(published));
+    assert_eq!(news[..4], before.map(present));
+    assert_eq!((news.len(), &news[4]), (5, &event));
+    let shown: Vec<News> = news.into_iter().filter(News::is_shown).collect();
+    assert_eq!(shown, [present(&alarm), present(&suppressed), event]);
+    let lines = shown.into_iter().map(|news| {
+        EventLine::of(&crate::view::ObservedEvent { number: 1, time_unix_ns: 9, news })
+    });
+    let lines: Vec<_> = lines.map(|line| (line.time_unix_ns, line.what, line.why)).collect();
+    let found = "when this view connected or before".to_owned();
+    assert_eq!(lines[0], (7, "latched".to_owned(), found.clone()));
+    assert_eq!(lines[1].1, "normal, not verified, suppressed");
+    assert!(lines[1].2.starts_with(&format!("{found}; suppressed until ")), "{lines:?}");
+    // From now on everything is an event.
+    let next = of(6, FaultState::Normal);
+    assert_eq!(feed.transition(next.clone()), [News::Fault(Box::new(next))]);
 }
 
 #[test]
@@ -443,19 +482,7 @@ fn several_processes_are_reported_once_for_as_long_as_there_are_several() {
 }
 
 fn phase(time_unix_ns: u64) -> PhaseChange {
-    let (structure, module) = key();
-    PhaseChange {
-        structure,
-        module,
-        phase: ModulePhase::InService,
-        number: 1,
-        not_monitored: std::collections::BTreeMap::new(),
-        before: None,
-        run: None,
-        step: None,
-        reason: String::new(),
-        time_unix_ns,
-    }
+    testing::phase_change(ModulePhase::InService, time_unix_ns)
 }
 
 fn identification(kind: FaultKind, time_unix_ns: u64) -> Identification {

@@ -133,8 +133,8 @@ impl Live {
         self.scene.clone()
     }
 
-    /// The next event of [`Live::over`] or [`Live::events`], in order; the latest event of every component and every
-    /// module comes first. `None` once the session is closed.
+    /// The next event of [`Live::over`] or [`Live::events`], in order; what is so at present comes first: processes, phases
+    /// and alarms. `None` once the session is closed.
     pub async fn next_event(&mut self) -> Option<Arc<ObservedEvent>> {
         let event = self.events.as_mut()?.recv().await;
         match event {

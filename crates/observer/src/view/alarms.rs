@@ -34,6 +34,12 @@ pub fn alarms(modules: &[ModuleView]) -> Vec<StateRow> {
     rows
 }
 
+/// How many of these rows need attention: the number of alarms, in every view.
+#[must_use]
+pub fn attention(rows: &[StateRow]) -> usize {
+    rows.iter().filter(|row| row.urgency.needs_attention()).count()
+}
+
 /// Whether every module is a single process that answers, is in service and writes its journal, and no component is
 /// faulty or possibly faulty. Shelved and suppressed alarms are ignored; a suppressed module may be out of service.
 /// False without any module, and if the list might lack a module that is down.
@@ -46,7 +52,7 @@ pub fn all_is_well(scene: &Scene) -> bool {
 
 /// The same for the modules of one structure; `only` if it is the only structure.
 fn are_well(modules: &[ModuleView], only: bool) -> bool {
-    is_complete(modules, only) && !rows(modules).iter().any(|row| row.urgency.needs_attention())
+    is_complete(modules, only) && attention(&rows(modules)) == 0
 }
 
 /// Whether the list includes modules that are down. Those are known from the statuses of their peers, which do not pass

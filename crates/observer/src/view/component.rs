@@ -10,7 +10,7 @@ use vocabulary::{
     Step, StructureName, Symptom, Unknown,
 };
 
-use super::line::EventLine;
+use super::line::{EventLine, FOUND};
 use super::row::{DetectionFacts, StateRow, Urgency};
 
 impl StateRow {
@@ -36,9 +36,10 @@ impl StateRow {
     }
 }
 
-/// When the present state began; unknown before the first transition, because the message's time is that of the reply.
+/// When the present state began, whatever was ordered later; not known before the first change.
 fn since(state: &FaultTransition) -> Option<u64> {
-    let of_state = (state.sequence > 0).then_some(state.since_unix_ns);
+    // Without a transition the message's time is that of the reply.
+    let of_state = Some(state.since_unix_ns).filter(|since| state.sequence > 0 && *since > 0);
     let unknown = state.unknown.as_ref().filter(|_| state.state() == FaultState::Unknown);
     unknown.map_or(of_state, |unknown| Some(unknown.since_unix_ns))
 }
@@ -77,9 +78,14 @@ fn sign(state: &FaultTransition) -> &'static str {
 }
 
 fn measured(state: &FaultTransition) -> DetectionFacts {
+    // The last change of a normal or unknown component is over: its steps belong in the list of events.
+    if matches!(state.state(), FaultState::Normal | FaultState::Unknown) {
+        let reference = Some(reference(state.condition.as_ref()));
+        return DetectionFacts { reference, ..DetectionFacts::default() };
+    }
     DetectionFacts {
         run: state.run,
-        onset_step: state.onset_step.filter(|_| state.state() != FaultState::Normal),
+        onset_step: state.onset_step,
         detection_step: state.detection_step,
         decided_step: state.decided_step,
         at_detection: at_detection(state),
@@ -145,8 +151,39 @@ impl EventLine {
             } else {
                 transition.state().as_str()
             },
-            step: transition.decided_step,
+            step: decided(transition),
         }
+    }
+
+    /// The row of a component's state that was there when the view connected, by the time since when.
+    #[must_use]
+    pub fn of_present(state: &FaultTransition) -> Self {
+        let since = StateRow::of_component(state).since_unix_ns.unwrap_or(state.time_unix_ns);
+        let kind = identification(state).map(identified);
+        let reason = Some(present_reason(state)).filter(|reason| !reason.is_empty());
+        let why = [Some(FOUND.to_owned()), kind, reason];
+        Self {
+            time_unix_ns: since,
+            what: state_and_aside(state),
+            why: why.into_iter().flatten().collect::<Vec<_>>().join("; "),
+            sign: sign(state),
+            ..Self::of_transition(state)
+        }
+    }
+}
+
+/// Whether a state is worth a line when a view connects: what is not normal, and what is shelved or suppressed. Of what is
+/// not monitored the module's phase speaks.
+pub(super) fn is_noteworthy(state: &FaultTransition) -> bool {
+    state.aside().is_some() || !matches!(state.state(), FaultState::Normal | FaultState::Unknown)
+}
+
+/// Says why a component without a declared fault has no freeze frame.
+#[must_use]
+pub fn why_no_fault(state: &FaultTransition) -> &'static str {
+    match state.state() {
+        FaultState::Unknown => "whether it has a fault is not known",
+        _ => "no fault is declared",
     }
 }
 
@@ -171,6 +208,8 @@ pub struct Counts {
     pub verified: usize,
     /// Components in any state whose alarm is shelved or suppressed.
     pub set_aside: usize,
+    /// Components in a state that their module does not monitor at present: the last known one.
+    pub last_known: usize,
 }
 
 impl Counts {
@@ -191,6 +230,7 @@ impl Counts {
             let is_verified = component.state() == FaultState::Normal && component.is_verified();
             counts.verified += usize::from(is_verified);
             counts.set_aside += usize::from(component.aside().is_some());
+            counts.last_known += usize::from(component.is_last_known());
         }
         counts
     }
@@ -207,27 +247,26 @@ impl Counts {
     /// The normal ones in a table: how many of how many.
     #[must_use]
     pub fn normal_of_total(&self) -> String {
-        let (normal, not_verified) = self.shown_normal();
-        format!("{normal} of {}{not_verified}", self.total())
+        format!("{} of {}{}", self.normal, self.total(), self.not_verified())
     }
 
-    /// How many are normal; if none agrees with a reference, those that are not verified.
-    fn shown_normal(&self) -> (usize, &'static str) {
-        match self.verified {
-            0 if self.normal > 0 => (self.normal, ", not verified"),
-            verified => (verified, ""),
+    /// How many of the normal ones do not agree with a reference, if any.
+    fn not_verified(&self) -> String {
+        match self.normal - self.verified {
+            0 => String::new(),
+            all if all == self.normal => ", not verified".to_owned(),
+            some => format!(" ({some} not verified)"),
         }
     }
 
     /// In words, the normal ones first.
     #[must_use]
     pub fn words(&self) -> String {
-        let (total, verified) = (self.total(), self.verified);
+        let total = self.total();
         if total == 0 {
             return "all components unknown".to_owned();
         }
-        let unverified = self.normal - verified;
-        let (normal, not_verified) = self.shown_normal();
+        let (normal, not_verified) = (self.normal, self.not_verified());
         let first = format!("{normal} of {total} components are normal{not_verified}");
         let others = [
             (self.latched, "latched"),
@@ -236,8 +275,8 @@ impl Counts {
             (self.unknown, "unknown"),
             (self.tentative, "tentative"),
             (self.explained, "explained"),
-            (if verified > 0 { unverified } else { 0 }, "normal but not verified"),
             (self.set_aside, "shelved or suppressed"),
+            (self.last_known, "last known"),
         ];
         let others = others.iter().filter(|(count, _)| *count > 0);
         let others = others.map(|(count, what)| format!("{count} {what}"));
@@ -245,9 +284,13 @@ impl Counts {
     }
 }
 
-/// Stores the state of a component unless a later one is stored. A transition does not include the comparison with the
-/// reference: the known one holds, unless it is of a time before the change.
-pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) {
+/// Most components of a module, because a client can invent names.
+pub(super) const COMPONENTS: usize = 1024;
+
+/// Stores the state of a component unless a later one is stored; false if it is a new one beyond [`COMPONENTS`]. A
+/// transition does not include the comparison with the reference: the known one holds, unless it is of a time before the
+/// change.
+pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) -> bool {
     match components.binary_search_by(|known| known.component.cmp(&state.component)) {
         Ok(place) if components[place].place() <= state.place() => {
             let known = &mut components[place];
@@ -265,8 +308,10 @@ pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTrans
             *known = state;
         }
         Ok(_) => {}
+        Err(_) if components.len() >= COMPONENTS => return false,
         Err(place) => components.insert(place, state),
     }
+    true
 }
 
 /// What was known of the comparison with the reference does not hold any more.
@@ -278,20 +323,22 @@ pub(super) fn outdate(components: &mut [FaultTransition]) {
     }
 }
 
-/// Records that a message about a component's state could not be read.
+/// Records that a message about a component's state could not be read; false if it is a new one beyond [`COMPONENTS`].
 pub(super) fn unreadable(
     components: &mut Vec<FaultTransition>,
     structure: StructureName,
     component: ComponentPath,
     unknown: Unknown,
-) {
+) -> bool {
     match components.binary_search_by(|known| known.component.cmp(&component)) {
         Ok(place) => silence(&mut components[place], &unknown),
+        Err(_) if components.len() >= COMPONENTS => return false,
         Err(place) => {
             let state = FaultTransition::untouched(structure, component, unknown.since_unix_ns);
             components.insert(place, state.while_unknown(unknown));
         }
     }
+    true
 }
 
 /// Stores the identified kind of a component's fault.
@@ -332,10 +379,14 @@ pub(crate) fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool 
         && frame.signals.sequence <= found.sequence
 }
 
-/// Run and step as of which the state was found. An order has only a time: it may arrive long after the latest step.
+/// Run and step as of which the state was found.
 pub(super) fn found_at(transition: &FaultTransition) -> Option<(RunId, Step)> {
-    let found = transition.run.zip(transition.decided_step);
-    found.filter(|_| transition.order.is_none())
+    transition.run.zip(decided(transition))
+}
+
+/// The step of that. An order has only a time: it may arrive long after the latest step.
+fn decided(transition: &FaultTransition) -> Option<Step> {
+    transition.decided_step.filter(|_| transition.order.is_none())
 }
 
 /// Whether the state is unknown because the module does not monitor the component.

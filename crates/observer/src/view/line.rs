@@ -5,6 +5,9 @@ use vocabulary::{ComponentPath, Identification, ModuleName, PhaseChange, Step, S
 
 use super::news::{News, ObservedEvent};
 
+/// What is not news but was so before.
+pub(super) const FOUND: &str = "when this view connected or before";
+
 /// An event, or an entry of a journal, in words.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventLine {
@@ -36,12 +39,13 @@ impl EventLine {
     pub fn of(event: &ObservedEvent) -> Self {
         let line = match &event.news {
             News::Fault(transition) => return Self::of_transition(transition),
+            News::Present(state) => return Self::of_present(state),
             News::Identification(found) => return Self::of_identification(found),
             News::Phase(change) => return Self::of_phase(change),
             News::Presence { structure, who, there, at_start } => {
                 let (what, tone) =
                     if *there { ("there", Tone::Calm) } else { ("GONE", Tone::Alarm) };
-                let why = if *at_start { "when this view connected or before" } else { "" };
+                let why = if *at_start { FOUND } else { "" };
                 let line = Self::new(printable(who), what, tone).because(why);
                 match who.parse::<ModuleName>() {
                     Ok(module) if who != vocabulary::keys::PLANT => {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use vocabulary::words::{Tone, phase_in_words, phase_tone, printable, span, until, utc};
+use vocabulary::words::{Tone, age, phase_in_words, phase_tone, printable, span, until, utc};
 use vocabulary::{
     FaultTransition, JournalStatus, ModuleName, ModulePhase, ModuleStatus, PhaseChange, Shelving,
     StructureName, Unknown,
@@ -82,6 +82,16 @@ impl ModuleView {
     #[must_use]
     pub fn answers(&self) -> bool {
         !self.is_silent && !self.components.is_empty()
+    }
+
+    /// When it was last heard: now, so long ago, never.
+    #[must_use]
+    pub fn heard(&self, now_unix_ns: u64) -> String {
+        match (self.heard_unix_ns, self.is_silent) {
+            (0, _) => "never".to_owned(),
+            (_, false) => "now".to_owned(),
+            (since, true) => format!("{} ago", age(since, now_unix_ns)),
+        }
     }
 
     /// Why it is not heard, if so.
@@ -263,7 +273,8 @@ impl ModuleView {
         let since = match (self.is_silent, self.is_in_service()) {
             (true, _) => Some(self.heard_unix_ns).filter(|heard| *heard > 0),
             (false, true) => None,
-            (false, false) => change,
+            // Its phase does not tell since when it has not answered.
+            (false, false) => change.filter(|_| self.answers()),
         };
         let unknown = self.components.iter().filter(|state| self.covers(state));
         let unknown: Vec<_> = unknown.map(|state| state.component.clone()).collect();

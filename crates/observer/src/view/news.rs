@@ -3,12 +3,16 @@
 use serde::Serialize;
 use vocabulary::{FaultTransition, Identification, ModuleName, PhaseChange, StructureName};
 
+use super::component::is_noteworthy;
+
 /// An event.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "news", rename_all = "snake_case")]
 pub enum News {
     /// A verdict changed. Verdicts of a module are handed out once each, in the order of their sequence numbers.
     Fault(Box<FaultTransition>),
+    /// The state of a component when its module was first heard, by the reply to a query: it may have been so long before.
+    Present(Box<FaultTransition>),
     /// The kind of a component's fault was identified.
     Identification(Box<Identification>),
     /// A module entered another phase.
@@ -62,6 +66,14 @@ pub enum News {
         /// How many.
         count: u64,
     },
+}
+
+impl News {
+    /// Whether it has a line in lists of events. Of what was so before, only alarms do, shelved and suppressed ones included.
+    #[must_use]
+    pub fn is_shown(&self) -> bool {
+        !matches!(self, Self::Present(state) if !is_noteworthy(state))
+    }
 }
 
 /// An event with a number; each observer counts from 1.

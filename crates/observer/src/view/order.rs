@@ -131,15 +131,24 @@ impl OrderOutcome {
         if self.is_done() { Tone::Calm } else { Tone::Alarm }
     }
 
+    /// What it led to, if it was carried out.
+    #[must_use]
+    pub fn effect(&self, kind: OrderKind, subject: &str) -> Option<String> {
+        let Self::Obeyed { state, sequence, .. } = self else { return None };
+        Some(match subject.contains('/') {
+            true if kind.is_about_verdict() => format!("now {state}, transition {sequence}"),
+            true => format!("transition {sequence}"),
+            // The state is that of one of the module's components.
+            false => format!("up to transition {sequence}"),
+        })
+    }
+
     /// The outcome in words, for a command of this kind about this component or module.
     #[must_use]
     pub fn words(&self, kind: OrderKind, subject: &str) -> String {
         let words = match self {
-            Self::Obeyed { state, sequence, durable: true } if kind.is_about_verdict() => {
-                format!("{}: now {state}, transition {sequence}", done(kind))
-            }
-            Self::Obeyed { sequence, durable: true, .. } => {
-                format!("{}: transition {sequence}", done(kind))
+            Self::Obeyed { durable: true, .. } => {
+                format!("{}: {}", done(kind), self.effect(kind, subject).unwrap_or_default())
             }
             Self::Obeyed { .. } => not_saved(subject.split('/').next().unwrap_or(subject)),
             Self::Refused { reason } => format!("refused: {reason}"),

@@ -114,6 +114,7 @@ impl Scene {
         match self.network {
             NetworkState::Open => words,
             NetworkState::CutOff(_) => format!("cut off from the network; {words}"),
+            NetworkState::Opening => format!("not connected yet; {words}"),
             _ => format!("{words}; last known state"),
         }
     }

@@ -9,7 +9,7 @@ use vocabulary::{
     StructureName, Topic, Unknown, keys::PLANT,
 };
 
-use super::component;
+use super::component::{self, COMPONENTS};
 use super::module::ModuleView;
 use super::news::{News, ObservedEvent};
 use super::scene::{NetworkState, Scene};
@@ -23,11 +23,47 @@ const PROBLEMS: usize = 20;
 const MODULES: usize = 1024;
 /// A module that is neither present nor awaited is forgotten when nothing was heard of it for this long.
 const FORGOTTEN_AFTER: Duration = Duration::from_secs(600);
+/// The same for a module with a fault or a possible one, which no operator can acknowledge any more.
+const ALARM_FORGOTTEN_AFTER: Duration = Duration::from_secs(7 * 86_400);
+
+/// After so many answers of a module without a component, a minute's, the component is forgotten.
+const COMPONENT_FORGOTTEN_AFTER: u32 = 30;
+
+/// Structure and name of a module.
+type ModuleKey = (Option<StructureName>, ModuleName);
+
+/// Which components a module reports.
+#[derive(Debug, Default)]
+struct ReportedComponents {
+    /// Those in its messages since the query before.
+    named: BTreeSet<ComponentPath>,
+    /// In how many of its answers in a row each of the others has been missing.
+    missing: BTreeMap<ComponentPath, u32>,
+}
+
+impl ReportedComponents {
+    /// Removes components that a module has not reported in [`COMPONENT_FORGOTTEN_AFTER`] complete answers: they were
+    /// removed from its configuration, or never existed. A single answer may lack components whose replies come late.
+    fn answered(&mut self, components: &mut Vec<FaultTransition>) {
+        let named = std::mem::take(&mut self.named);
+        components.retain(|state| {
+            if named.contains(&state.component) {
+                self.missing.remove(&state.component);
+                return true;
+            }
+            let times = self.missing.entry(state.component.clone()).or_default();
+            *times += 1;
+            *times < COMPONENT_FORGOTTEN_AFTER
+        });
+        self.missing.retain(|_, times| *times < COMPONENT_FORGOTTEN_AFTER);
+    }
+}
 
 /// Everything known about the observed structures.
 #[derive(Debug, Default)]
 pub struct Structures {
-    modules: BTreeMap<(Option<StructureName>, ModuleName), ModuleView>,
+    modules: BTreeMap<ModuleKey, ModuleView>,
+    reported: BTreeMap<ModuleKey, ReportedComponents>,
     events: VecDeque<Arc<ObservedEvent>>,
     problems: VecDeque<String>,
     last_event: u64,
@@ -35,7 +71,7 @@ pub struct Structures {
     /// Since when the network has been open \[ns since 1970\].
     open_unix_ns: u64,
     is_asking: bool,
-    /// Messages of modules beyond [`MODULES`].
+    /// Messages of modules beyond [`MODULES`], or of components beyond [`COMPONENTS`].
     ignored: u64,
 }
 
@@ -64,7 +100,9 @@ impl Structures {
     /// Records an event; returns it with its number and time.
     pub fn news(&mut self, news: News, now_unix_ns: u64) -> Arc<ObservedEvent> {
         match &news {
-            News::Fault(transition) => self.state((**transition).clone(), None, now_unix_ns),
+            News::Fault(state) | News::Present(state) => {
+                self.state((**state).clone(), None, now_unix_ns);
+            }
             News::Identification(found) => {
                 if let Some(module) = self.module(&found.structure, &found.module) {
                     component::identify(&mut module.components, found);
@@ -100,12 +138,15 @@ impl Structures {
         self.last_event += 1;
         let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
         let event = Arc::new(event);
-        keep(&mut self.events, event.clone(), EVENTS);
+        if event.news.is_shown() {
+            keep(&mut self.events, event.clone(), EVENTS);
+        }
         event
     }
 
     /// Records a status.
     pub fn status(&mut self, status: ModuleStatus, now_unix_ns: u64) {
+        self.forget_peers(&status);
         for peer in &status.peers {
             if let Some(named) = self.module(&status.structure, &peer.module) {
                 named.peer_of.insert(status.module.clone());
@@ -116,13 +157,33 @@ impl Structures {
         }
     }
 
+    /// Modules that its latest status named and this one does not are not its peers any more.
+    fn forget_peers(&mut self, status: &ModuleStatus) {
+        let key = |module: &ModuleName| (Some(status.structure.clone()), module.clone());
+        let before = self.modules.get(&key(&status.module)).and_then(|view| view.status.as_ref());
+        let before: Vec<_> = before
+            .into_iter()
+            .flat_map(|before| &before.peers)
+            .filter(|peer| !status.peers.iter().any(|named| named.module == peer.module))
+            .map(|peer| key(&peer.module))
+            .collect();
+        for peer in before {
+            if let Some(view) = self.modules.get_mut(&peer) {
+                view.peer_of.remove(&status.module);
+            }
+        }
+    }
+
     /// Records the state of a component, from a published transition or a process's answer. A state older than the
     /// recorded one is ignored.
     pub fn state(&mut self, state: FaultTransition, process: Option<String>, now_unix_ns: u64) {
         let Some(module) = self.module(&state.structure, &state.module) else { return };
         module.heard_unix_ns = now_unix_ns;
         module.answering.extend(process);
-        component::enter(&mut module.components, state);
+        let key = (Some(state.structure.clone()), state.module.clone());
+        let component = state.component.clone();
+        let is_known = component::enter(&mut module.components, state);
+        self.reported(key, component, is_known);
     }
 
     /// Records a message or an answer that could not be read. If it is about the state of a component, that component
@@ -132,12 +193,21 @@ impl Structures {
             let reason = format!("its state cannot be read: {problem}");
             let unknown = Unknown { since_unix_ns: now_unix_ns, reason };
             let Some(view) = self.module(&structure, &module) else { return };
-            component::unreadable(
-                &mut view.components,
-                structure,
-                ComponentPath { module, component },
-                unknown,
-            );
+            view.heard_unix_ns = now_unix_ns;
+            let component = ComponentPath { module, component };
+            let key = (Some(structure.clone()), component.module.clone());
+            let is_known =
+                component::unreadable(&mut view.components, structure, component.clone(), unknown);
+            self.reported(key, component, is_known);
+        }
+    }
+
+    /// A module has sent a message on a component, which is one of its first [`COMPONENTS`] or is ignored.
+    fn reported(&mut self, key: ModuleKey, component: ComponentPath, is_known: bool) {
+        if is_known {
+            self.reported.entry(key).or_default().named.insert(component);
+        } else {
+            self.ignored += 1;
         }
     }
 
@@ -156,26 +226,32 @@ impl Structures {
     /// No more answers to that query will arrive.
     pub fn answered(&mut self) {
         self.is_asking = false;
-        for module in self.modules.values_mut() {
+        for (key, module) in &mut self.modules {
             module.processes = std::mem::take(&mut module.answering);
+            if let Some(reported) = self.reported.get_mut(key)
+                && !module.processes.is_empty()
+            {
+                reported.answered(&mut module.components);
+            }
         }
     }
 
     /// Forgets modules that were made up or removed: not expected, without a liveliness token, not named as a peer by a
-    /// module that was heard, without a fault, and not heard of for ten minutes. None while cut off.
+    /// module that was heard, and not heard of for ten minutes, with a fault or a possible one for a week. None while cut
+    /// off.
     pub fn forget(&mut self, now_unix_ns: u64) {
         if self.network != NetworkState::Open {
             return;
         }
         let open_unix_ns = self.open_unix_ns;
-        let is_recent = |since_unix_ns: u64| {
+        let is_within = |since_unix_ns: u64, limit: Duration| {
             let age_ns = now_unix_ns.saturating_sub(since_unix_ns.max(open_unix_ns));
-            u128::from(age_ns) < FORGOTTEN_AFTER.as_nanos()
+            u128::from(age_ns) < limit.as_nanos()
         };
         let heard: BTreeSet<_> = self
             .modules
             .iter()
-            .filter(|(_, view)| is_recent(view.heard_unix_ns))
+            .filter(|(_, view)| is_within(view.heard_unix_ns, FORGOTTEN_AFTER))
             .map(|(key, _)| key.clone())
             .collect();
         self.modules.retain(|(structure, _), view| {
@@ -183,10 +259,16 @@ impl Structures {
                 let mut namers = view.peer_of.iter();
                 namers.any(|namer| heard.contains(&(structure.clone(), namer.clone())))
             };
-            let is_faulty = || view.components.iter().any(|c| c.state() != FaultState::Normal);
-            let is_recent = is_recent(view.heard_unix_ns.max(view.left_unix_ns));
-            view.expected || view.present || is_recent || is_named() || is_faulty()
+            let is_alarm = |state: &FaultTransition| {
+                state.state().is_fault() || state.state() == FaultState::Unconfirmed
+            };
+            let is_alarming = view.components.iter().any(is_alarm);
+            let limit = if is_alarming { ALARM_FORGOTTEN_AFTER } else { FORGOTTEN_AFTER };
+            let latest = view.heard_unix_ns.max(view.left_unix_ns);
+            let is_recent = latest > 0 && is_within(latest, limit);
+            view.expected || view.present || is_recent || is_named()
         });
+        self.reported.retain(|key, _| self.modules.contains_key(key));
     }
 
     /// The module, unless it is a new one beyond [`MODULES`].
@@ -223,7 +305,7 @@ impl Structures {
             let heard = view.heard_unix_ns;
             view.is_cut_off = match self.network {
                 NetworkState::CutOff(_) | NetworkState::Failed(_) | NetworkState::Closed => true,
-                NetworkState::Opening => false,
+                NetworkState::Opening => heard == 0,
                 // Only a running module that does not answer now has not answered since the connection is back.
                 NetworkState::Open => {
                     (1..self.open_unix_ns).contains(&heard) && !is_over(self.open_unix_ns)
@@ -243,8 +325,9 @@ impl Structures {
         let mut problems = self.problems.clone();
         if self.ignored > 0 {
             let ignored = self.ignored;
-            let problem =
-                format!("{MODULES} modules are known; {ignored} messages of others were ignored");
+            let problem = format!(
+                "{MODULES} modules, or {COMPONENTS} components of one, are known; {ignored} messages of others were ignored",
+            );
             keep(&mut problems, problem, PROBLEMS);
         }
         Scene {
@@ -270,7 +353,7 @@ fn keep<T>(kept: &mut VecDeque<T>, item: T, most: usize) {
 mod tests {
     use super::*;
     use crate::testing;
-    use vocabulary::{Condition, Obstacle, PhaseChange, Step};
+    use vocabulary::{Condition, Obstacle, Step};
 
     const SECOND: u64 = 1_000_000_000;
 
@@ -288,18 +371,7 @@ mod tests {
     }
 
     fn phase(phase: ModulePhase, time_unix_ns: u64) -> News {
-        News::Phase(PhaseChange {
-            structure: "tower".parse().unwrap(),
-            module: "m1".parse().unwrap(),
-            phase,
-            number: 1,
-            not_monitored: std::collections::BTreeMap::new(),
-            before: None,
-            run: None,
-            step: None,
-            reason: String::new(),
-            time_unix_ns,
-        })
+        News::Phase(testing::phase_change(phase, time_unix_ns))
     }
 
     fn state(scene: &Scene) -> FaultState {
@@ -543,6 +615,98 @@ mod tests {
     }
 
     #[test]
+    fn a_module_that_no_peer_names_any_more_is_forgotten() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        structures.status(testing::status("m1", &["m2", "removed"]), SECOND);
+        structures.status(testing::status("m1", &["m2"]), 9 * SECOND);
+        structures.forget(9 * SECOND);
+        let scene = structures.scene(1, 9 * SECOND);
+        assert_eq!(silent(&scene), [("m1", false), ("m2", true)]);
+    }
+
+    #[test]
+    fn a_silent_module_is_kept_for_its_faults_and_not_for_what_is_unknown() {
+        let kept = |known: FaultState, at_s: u64| {
+            let mut structures = Structures::default();
+            structures.network(NetworkState::Open, SECOND);
+            structures.state(transition(7, 1, known), None, SECOND);
+            structures.forget(at_s * SECOND);
+            !structures.scene(1, at_s * SECOND).modules.is_empty()
+        };
+        for harmless in [FaultState::Unknown, FaultState::Explained, FaultState::Tentative] {
+            assert!(!kept(harmless, 700), "{harmless}");
+        }
+        for fault in [FaultState::Latched, FaultState::Acknowledged, FaultState::Unconfirmed] {
+            assert!(kept(fault, 700) && kept(fault, 6 * 86_400), "{fault}");
+            assert!(!kept(fault, 8 * 86_400), "{fault}");
+        }
+    }
+
+    #[test]
+    fn a_component_that_its_module_does_not_report_any_more_is_forgotten() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        structures.status(testing::status("m1", &[]), SECOND);
+        let other = |component: &str| FaultTransition {
+            component: component.parse().unwrap(),
+            ..transition(7, 1, FaultState::Latched)
+        };
+        structures.state(other("m1/sensor/g2"), None, SECOND);
+        structures.state(other("m1/sensor/g3"), None, SECOND);
+        let round = |structures: &mut Structures, named: &[&str]| {
+            structures.asked();
+            for component in named {
+                structures.state(other(component), Some("a".to_owned()), SECOND);
+            }
+            structures.answered();
+            structures.scene(1, SECOND).modules[0].components.len()
+        };
+        // An answer may lack some, and none at all says nothing of the components.
+        for _ in 0..20 {
+            assert_eq!(round(&mut structures, &["m1/sensor/g1"]), 3);
+            assert_eq!(round(&mut structures, &[]), 3);
+        }
+        assert_eq!(round(&mut structures, &["m1/sensor/g1", "m1/sensor/g2"]), 3);
+        for _ in 0..30 {
+            round(&mut structures, &["m1/sensor/g1"]);
+        }
+        let left = structures.scene(1, SECOND).modules.remove(0).components;
+        let left: Vec<String> = left.iter().map(|state| state.component.to_string()).collect();
+        assert_eq!(left, ["m1/sensor/g1"]);
+    }
+
+    #[test]
+    fn made_up_components_are_bounded() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        for number in 0..3000 {
+            let component = format!("m1/sensor/g{number}").parse().unwrap();
+            let made_up = FaultTransition { component, ..transition(7, 1, FaultState::Latched) };
+            structures.state(made_up, None, SECOND);
+        }
+        assert_eq!(structures.scene(1, SECOND).modules[0].components.len(), 1024);
+    }
+
+    #[test]
+    fn a_module_whose_messages_cannot_be_read_was_heard() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, SECOND);
+        structures.unreadable("trusswatch/tower/m1/fault/sensor/g1", "unknown word", 9 * SECOND);
+        let shown = structures.scene(1, 99 * SECOND);
+        let unknown = shown.modules[0].components[0].unknown.clone().unwrap();
+        assert_eq!(unknown.since_unix_ns, 9 * SECOND, "and not since 1970");
+    }
+
+    #[test]
+    fn before_the_first_connection_no_module_is_said_not_to_answer() {
+        let structures = Structures::new(None, vec!["m1".parse().unwrap()]);
+        let scene = structures.scene(1, 9 * SECOND);
+        assert_eq!(scene.modules[0].condition(), "NOT KNOWN");
+        assert_eq!(scene.summary(), "not connected yet; all components unknown");
+    }
+
+    #[test]
     fn made_up_modules_are_bounded_and_those_beyond_are_counted() {
         let mut structures = Structures::default();
         structures.network(NetworkState::Open, SECOND);
@@ -556,7 +720,10 @@ mod tests {
         let own = scene.modules.iter().find(|module| module.module.as_str() == "m1").unwrap();
         assert_eq!(own.heard_unix_ns, 2 * SECOND, "one that is known is still heard");
         let problem = scene.problems.back().unwrap();
-        assert_eq!(problem, "1024 modules are known; 1978 messages of others were ignored");
+        assert_eq!(
+            problem,
+            "1024 modules, or 1024 components of one, are known; 1978 messages of others were ignored"
+        );
     }
 
     #[test]

@@ -4,14 +4,13 @@ use std::time::Duration;
 
 use vocabulary::words::Tone;
 use vocabulary::{
-    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, PhaseChange, StructureName,
-    Unknown,
+    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, StructureName, Unknown,
 };
 
 use super::*;
 use crate::testing::{
-    acknowledged, agreeing, at, identification, journaled, module, mute, scene, shelved, state,
-    suppressed,
+    acknowledged, agreeing, at, identification, journaled, module, mute, phase_change, scene,
+    shelved, state, suppressed,
 };
 
 const SECOND: u64 = 1_000_000_000;
@@ -87,19 +86,8 @@ fn what_is_shelved_or_suppressed_does_not_count_and_the_rest_does() {
 fn without_a_status_only_a_structure_whose_modules_are_expected_is_well() {
     let without_status = |expected| {
         let mut one = in_service(vec![normal()]);
-        let status = one.status.take().unwrap();
-        one.phase_change = Some(PhaseChange {
-            structure: status.structure,
-            module: status.module,
-            phase: ModulePhase::InService,
-            number: 1,
-            not_monitored: std::collections::BTreeMap::new(),
-            before: None,
-            run: None,
-            step: None,
-            reason: String::new(),
-            time_unix_ns: 1,
-        });
+        one.status = None;
+        one.phase_change = Some(phase_change(ModulePhase::InService, 1));
         ModuleView { expected, ..one }
     };
     assert!(!is_well(vec![without_status(false)]));
@@ -264,7 +252,7 @@ fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
     let verified = || in_service(vec![agreeing(normal())]);
     assert_eq!(scene(vec![verified()]).summary(), "1 of 1 components are normal");
     let some = vec![agreeing(normal()), state("m2/sensor/g1", FaultState::Normal)];
-    let words = "1 of 2 components are normal, 1 normal but not verified";
+    let words = "2 of 2 components are normal (1 not verified)";
     assert_eq!(scene(vec![in_service(some)]).summary(), words);
     let stale =
         vec![unmonitored("m2/sensor/g1"), shelved(state("m2/sensor/g2", FaultState::Latched))];
@@ -281,6 +269,95 @@ fn the_whole_is_in_a_sentence_that_says_what_is_not_known() {
     assert!(cut.summary().ends_with("; last known state"));
     assert_eq!(scene(Vec::new()).summary(), "no module answers");
     assert_eq!(Scene::default().summary(), "no network: state unknown");
+}
+
+/// A transition with steps of its change.
+fn with_steps(transition: FaultTransition) -> FaultTransition {
+    FaultTransition {
+        sequence: 3,
+        run: Some(vocabulary::RunId(1)),
+        onset_step: Some(vocabulary::Step(4)),
+        detection_step: Some(vocabulary::Step(5)),
+        decided_step: Some(vocabulary::Step(7)),
+        ..transition
+    }
+}
+
+#[test]
+fn what_is_normal_or_unknown_has_no_steps_of_a_change_that_has_ended() {
+    let steps = |transition: FaultTransition| {
+        let measured = StateRow::of_component(&with_steps(transition)).measured;
+        (measured.onset_step, measured.detection_step, measured.decided_step, measured.run)
+    };
+    let of = |of_component| steps(state("m1/sensor/g1", of_component));
+    for standing in [FaultState::Latched, FaultState::Explained, FaultState::Unconfirmed] {
+        let found = (4, 5, 7, 1);
+        let (onset, detection, decided, run) = of(standing);
+        let numbers = (onset.unwrap().0, detection.unwrap().0, decided.unwrap().0, run.unwrap().0);
+        assert_eq!(numbers, found, "{standing}");
+    }
+    assert_eq!(of(FaultState::Normal), (None, None, None, None));
+    assert_eq!(of(FaultState::Unknown), (None, None, None, None));
+    assert_eq!(steps(unmonitored("m1/sensor/g1")), (None, None, None, None));
+}
+
+#[test]
+fn an_order_has_a_time_and_no_step() {
+    let step = |transition| EventLine::of_transition(&transition).step;
+    assert_eq!(step(journaled("m1", 1, 0)), Some(vocabulary::Step(7)));
+    assert_eq!(step(acknowledged("m1", 2)), None);
+}
+
+#[test]
+fn a_component_whose_alarm_alone_was_suppressed_is_normal_since_an_unknown_time() {
+    let since = |since_unix_ns| {
+        let normal = FaultTransition { sequence: 1, since_unix_ns, ..suppressed(normal()) };
+        StateRow::of_component(&normal).since_unix_ns
+    };
+    assert_eq!((since(0), since(SECOND)), (None, Some(SECOND)));
+}
+
+#[test]
+fn what_a_dead_module_reported_is_called_the_last_known() {
+    let fault = state("m2/sensor/g2", FaultState::Acknowledged);
+    let components = vec![agreeing(state("m2/sensor/g1", FaultState::Normal)), fault];
+    let mut dead = ModuleView {
+        is_silent: true,
+        heard_unix_ns: SECOND,
+        ..module("m2", ModulePhase::InService, components)
+    };
+    dead.doubt();
+    let modules = [in_service(vec![agreeing(normal())]), dead];
+    let rows = alarms(&modules);
+    let fault = rows.iter().find(|row| row.component.is_some()).unwrap();
+    assert_eq!(fault.state, "acknowledged, last known");
+    let why = "not monitored since 1970-01-01T00:00:01.000Z: its diagnoser is not heard";
+    assert_eq!(fault.why, why);
+    let words = "1 of 2 modules not in service; 1 of 3 components are normal, 1 acknowledged, \
+                 1 unknown, 1 last known";
+    assert_eq!(in_a_sentence(&modules), words);
+    assert_eq!(title(&modules[1].components[1]), "m2/sensor/g2: acknowledged, last known");
+}
+
+#[test]
+fn a_module_that_does_not_answer_is_not_said_to_do_so_since_it_entered_service() {
+    let mut present = module("m1", ModulePhase::InService, Vec::new());
+    present.phase_change = Some(phase_change(ModulePhase::InService, 7));
+    assert_eq!(
+        (present.condition(), present.row().unwrap().since_unix_ns),
+        ("NOT ANSWERING", None)
+    );
+}
+
+#[test]
+fn the_counts_of_normal_components_agree() {
+    let counts = |components: &[FaultTransition]| Counts::of(components);
+    let normal = || state("m1/sensor/g1", FaultState::Normal);
+    let some = counts(&[agreeing(normal()), normal(), state("m1/sensor/g2", FaultState::Latched)]);
+    assert_eq!((some.normal, some.normal_of_total().as_str()), (2, "2 of 3 (1 not verified)"));
+    assert_eq!(some.words(), "2 of 3 components are normal (1 not verified), 1 latched");
+    let none = counts(&[normal()]);
+    assert_eq!(none.words(), "1 of 1 components are normal, not verified");
 }
 
 fn line(news: News) -> (String, String, String) {
@@ -342,7 +419,7 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     let obeyed = |durable| OrderOutcome::Obeyed { state: FaultState::Normal, sequence: 7, durable };
     assert_eq!(words(obeyed(true)), "m1/sensor/g1: reset: now normal, transition 7");
     let suppressed = obeyed(true).words(OrderKind::Suppress, "m1");
-    assert_eq!(suppressed, "m1: suppressed: transition 7", "the verdicts are as before");
+    assert_eq!(suppressed, "m1: suppressed: up to transition 7", "the verdicts are as before");
     assert!(words(obeyed(false)).contains("carried out but not saved: the disk of `m1`"));
     let refused = OrderOutcome::from(Err(QueryError::Refused("busy\u{1b}".to_owned())));
     assert_eq!(words(refused), r"m1/sensor/g1: refused: busy\u{1b}");

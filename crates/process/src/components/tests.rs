@@ -314,6 +314,23 @@ fn orders_do_not_change_since_when_a_component_is_in_its_state() {
 }
 
 #[test]
+fn a_component_that_never_changed_is_normal_since_an_unknown_time() {
+    let mut store = store();
+    let mut take = |sequence, state, time_unix_ns| {
+        let given = FaultTransition {
+            detection_step: Some(Step(9)),
+            since_unix_ns: time_unix_ns,
+            time_unix_ns,
+            ..transition("actuator/a1", sequence, state)
+        };
+        store.transition(given, sequence).since_unix_ns
+    };
+    assert_eq!(take(4, FaultState::Normal, 100), 0, "shelved");
+    assert_eq!(take(5, FaultState::Normal, 200), 0, "no longer");
+    assert_eq!(take(6, FaultState::Latched, 300), 300);
+}
+
+#[test]
 fn changes_of_phase_are_numbered_across_restarts_and_survive_a_new_file() {
     let change = || {
         let json = serde_json::json!({

@@ -216,6 +216,22 @@ impl Live {
             let message = node.speaker.divergences((self.run, step), &node.diagnoser, self.clock);
             self.publish(place, Topic::Divergence, &message, step.0);
         }
+        if step.0.is_multiple_of(1000) {
+            self.publish_status(place, step);
+        }
+    }
+
+    fn publish_status(&mut self, place: usize, step: Step) {
+        let node = &self.nodes[place];
+        let Speaker { structure, module, .. } = node.speaker.clone();
+        let message = vocabulary::ModuleStatus {
+            run: Some(self.run),
+            step: Some(step),
+            next_sequence: node.diagnoser.next_sequence(),
+            time_unix_ns: self.clock,
+            ..vocabulary::ModuleStatus::waiting(structure, module)
+        };
+        self.publish(place, Topic::Status, &message, step.0);
     }
 
     pub fn order(&mut self, component: &str, kind: diagnosis::GivenOrderKind) {

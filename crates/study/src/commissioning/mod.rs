@@ -4,12 +4,10 @@
 mod collector;
 mod site;
 
-use std::sync::atomic::AtomicBool;
-
 use diagnosis::ModuleSetup;
 use diagnosis::state::{CommissioningError, Reference, Snippet, commission};
 use plant::{Plant, StrokeTest};
-use vocabulary::{ComponentPath, RunId};
+use vocabulary::{ComponentPath, ModuleName, RunId};
 
 pub use collector::{SETTLING_S, WindowCollector};
 pub use site::PlantSite;
@@ -54,20 +52,7 @@ pub fn record_snippets(
     jobs: usize,
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Snippet>, StudyError> {
-    let numbered: Vec<(usize, &SnippetPlan)> = plans.iter().enumerate().collect();
-    let mut snippets: Vec<Option<Snippet>> = vec![None; plans.len()];
-    parallel::for_each(
-        &numbered,
-        jobs,
-        &AtomicBool::new(false),
-        |(_, plan)| record(site, setups, plan),
-        |(number, _), snippet| {
-            snippets[*number] = Some(snippet);
-            done();
-            Ok(())
-        },
-    )?;
-    Ok(snippets.into_iter().flatten().collect())
+    parallel::map(plans, jobs, |plan| record(site, setups, plan), done)
 }
 
 fn record(
@@ -139,15 +124,35 @@ impl PlantSite {
         done: &(dyn Fn() + Sync),
     ) -> Result<Vec<ModuleSetup>, StudyError> {
         let snippets = record_snippets(self, setups, plans, jobs, done)?;
-        let with_reference = |(place, setup): (usize, &ModuleSetup)| {
-            let reference = learn(setups, place, &snippets, FALSE_ALARMS_PER_HOUR)?;
-            Ok::<_, CommissioningError>(ModuleSetup {
-                reference: Some(reference.into()),
-                ..setup.clone()
-            })
+        let references = learn_all(setups, &snippets, FALSE_ALARMS_PER_HOUR, jobs, &|| ())
+            .map_err(|(_, error)| error)?;
+        let both = setups.iter().zip(references);
+        let with_reference = |(setup, reference): (&ModuleSetup, Reference)| ModuleSetup {
+            reference: Some(reference.into()),
+            ..setup.clone()
         };
-        Ok(setups.iter().enumerate().map(with_reference).collect::<Result<_, _>>()?)
+        Ok(both.map(with_reference).collect())
     }
+}
+
+/// Learns the reference of every module, `jobs` at a time, as [`learn`] does; returns them in order. `done` is called
+/// after each.
+///
+/// # Errors
+/// The module whose snippets are too few, or do not differ.
+pub fn learn_all(
+    setups: &[ModuleSetup],
+    snippets: &[Snippet],
+    false_alarms_per_hour: f64,
+    jobs: usize,
+    done: &(dyn Fn() + Sync),
+) -> Result<Vec<Reference>, (ModuleName, CommissioningError)> {
+    let places: Vec<usize> = (0..setups.len()).collect();
+    let learn_one = |place: &usize| {
+        learn(setups, *place, snippets, false_alarms_per_hour)
+            .map_err(|error| (setups[*place].module.clone(), error))
+    };
+    parallel::map(&places, jobs, learn_one, done)
 }
 
 /// Learns the reference of the module at index `own` from its own values and those of its peers. The setups are those

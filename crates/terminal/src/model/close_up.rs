@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use observer::ComponentId;
-use vocabulary::{Divergences, FaultState, FaultTransition, FreezeFrame, Identification};
+use observer::{ComponentId, why_no_fault};
+use vocabulary::{Divergences, FaultTransition, FreezeFrame, Identification};
 
 use super::ModelEffect;
 
@@ -68,10 +68,7 @@ impl CloseUp {
         if !present.state().is_fault() {
             self.asked_for = None;
             self.identification = Fetched::Here(None);
-            let is_known = present.state() != FaultState::Unknown;
-            let why =
-                if is_known { "it has no fault" } else { "whether it has a fault is not known" };
-            self.frame = Fetched::Missing(why.to_owned());
+            self.frame = Fetched::Missing(why_no_fault(present).to_owned());
             return Vec::new();
         }
         let is_new = self.asked_for != Some(present.sequence);

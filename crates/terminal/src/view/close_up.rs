@@ -3,11 +3,10 @@
 use observer::{StateRow, known_identification};
 use ratatui::layout::Rect;
 use vocabulary::words::{
-    NOTHING, Tone, candidate, identified, in_small_units, percent, printable, utc,
+    NOTHING, Tone, age, candidate, identified, in_small_units, percent, printable, utc,
 };
 use vocabulary::{FaultTransition, FreezeFrame, Trace};
 
-use super::age;
 use super::cells::{Cells, folded, part};
 use super::palette::symbol;
 use super::plot::{self, Plot};
@@ -60,7 +59,7 @@ fn facts(row: &StateRow, present: &FaultTransition, seen: &CloseUp) -> Vec<(&'st
         format!("at detection: {}", both.collect::<Vec<_>>().join(", "))
     });
     let facts = [
-        ("published", row.since_unix_ns.map(utc)),
+        ("since", row.since_unix_ns.map(utc)),
         ("steps", Some(steps.collect::<Vec<_>>().join(", "))),
         ("evidence", evidence),
         ("kind", what_it_is(present, seen)),

@@ -1,10 +1,9 @@
 //! Alarms, most urgent first: state, time, kind, reason.
 
-use observer::{RowId, StateRow};
+use observer::{RowId, StateRow, attention};
 use ratatui::layout::Rect;
-use vocabulary::words::{Tone, printable};
+use vocabulary::words::{Tone, age, printable};
 
-use super::age;
 use super::cells::Cells;
 use super::palette::{module_symbol, symbol};
 use crate::model::{Model, Pane};
@@ -13,11 +12,11 @@ use crate::model::{Model, Pane};
 const WIDE: u16 = 110;
 
 /// Maximum width of each column; the last takes the remaining width.
-const MOST: [u16; 6] = [1, 36, 20, 7, 44, 0];
+const MOST: [u16; 6] = [1, 36, 24, 7, 44, 0];
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     let (rows, is_active) = (model.listed(), model.pane == Pane::Faults);
-    let mut texts = vec![heading(model, rows.len())];
+    let mut texts = vec![heading(model, &rows)];
     texts.extend(rows.iter().map(|row| cells_of(row, model.shown_unix_ns())));
     if area.width < WIDE {
         texts.iter_mut().for_each(merge);
@@ -41,10 +40,13 @@ pub(super) fn selected(model: &Model) -> Option<String> {
     Some(format!("{}: {}", cells[1], cells[5])).filter(|_| !cells[5].is_empty())
 }
 
-fn heading(model: &Model, count: usize) -> [String; 6] {
-    let what = match &model.scope {
-        Some(scope) => format!("ALL OF {} ({count})", scope.module),
-        None => format!("ALARMS ({count})"),
+/// Those that need attention are counted; shelved, explained and tentative ones beside them.
+fn heading(model: &Model, rows: &[StateRow]) -> [String; 6] {
+    let count = attention(rows);
+    let what = match (&model.scope, rows.len() - count) {
+        (Some(scope), _) => format!("ALL OF {} ({})", scope.module, rows.len()),
+        (None, 0) => format!("ALARMS ({count})"),
+        (None, others) => format!("ALARMS ({count}), {others} more"),
     };
     ["", &what, "state", "since", "what it is", "why"].map(str::to_owned)
 }

@@ -5,10 +5,9 @@ use std::collections::BTreeSet;
 use observer::{NetworkState, Scene};
 use ratatui::layout::Rect;
 use ratatui::style::Modifier;
-use vocabulary::words::{Tone, printable};
+use vocabulary::words::{Tone, lasting, printable};
 
 use super::cells::Cells;
-use super::span;
 use crate::model::Model;
 
 /// A scene older than this is outdated \[ns\].
@@ -46,6 +45,10 @@ fn network(model: &Model) -> (Tone, String) {
     let places = &model.settings.places;
     match &model.shown().network {
         NetworkState::Opening => (Tone::Doubt, format!("connecting to {places}")),
+        // One of several suffices.
+        NetworkState::Open if places.contains(", ") => {
+            (Tone::Calm, format!("connected through {places}"))
+        }
         NetworkState::Open => (Tone::Calm, format!("connected to {places}")),
         NetworkState::CutOff(_) => (Tone::Alarm, format!("CUT OFF: {places} does not answer")),
         NetworkState::Failed(reason) => (Tone::Alarm, format!("NO NETWORK: {}", printable(reason))),
@@ -56,9 +59,9 @@ fn network(model: &Model) -> (Tone, String) {
 /// A warning that the screen is frozen or the scene outdated.
 fn currency(model: &Model) -> Option<(Tone, String)> {
     if let Some(frozen) = model.frozen_for_ns() {
-        return Some((Tone::Doubt, format!("FROZEN {}, f thaws", span(frozen))));
+        return Some((Tone::Doubt, format!("FROZEN {}, f thaws", lasting(frozen))));
     }
     let age = model.picture_age_ns();
     let is_old = model.shown().number > 0 && age >= OLD_NS;
-    is_old.then(|| (Tone::Alarm, format!("PICTURE IS {} OLD", span(age))))
+    is_old.then(|| (Tone::Alarm, format!("PICTURE IS {} OLD", lasting(age))))
 }

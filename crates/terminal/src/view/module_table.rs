@@ -4,7 +4,6 @@ use observer::ModuleView;
 use ratatui::layout::Rect;
 use vocabulary::words::{NOTHING, Tone, or_nothing};
 
-use super::age;
 use super::cells::Cells;
 use super::palette::module_symbol;
 use crate::model::{Model, Pane};
@@ -27,11 +26,6 @@ pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
 }
 
 fn texts(module: &ModuleView, now_unix_ns: u64) -> [String; 7] {
-    let heard = match (module.is_silent, module.heard_unix_ns) {
-        (_, 0) => "never".to_owned(),
-        (true, since) => format!("{} ago", age(since, now_unix_ns)),
-        (false, _) => "now".to_owned(),
-    };
     let journal = module.journal();
     let problem = journal.as_ref().filter(|journal| !journal.is_ok());
     let mut remarks = vec![module.remarks()];
@@ -42,7 +36,7 @@ fn texts(module: &ModuleView, now_unix_ns: u64) -> [String; 7] {
         module.module.to_string(),
         module.condition().to_owned(),
         or_nothing(module.lag()),
-        heard,
+        module.heard(now_unix_ns),
         match problem {
             Some(_) => "PROBLEM".to_owned(),
             None => or_nothing(journal),

@@ -23,7 +23,7 @@ pub use phase::phase_in_words;
 pub use quantity::{at_detection, force, ratio, residual, span};
 pub use reason::{ordered, present_reason, reason};
 pub use state::state_in_words;
-pub use time::{parse_utc, parse_utc_or_ago, utc};
+pub use time::{age, lasting, parse_utc, parse_utc_or_ago, utc};
 pub use tone::{Tone, phase_tone, state_tone};
 
 /// The placeholder for a missing value.

@@ -16,7 +16,8 @@ pub(super) fn facts(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
             p.headline { (look::state(&row)) @if !row.kind.is_empty() { span.kind { (row.kind) } } }
             @if !row.why.is_empty() { p.why { (row.why) } }
             @if let Some(root) = explained_by(state) {
-                p { "Explained by " a href=(view.component(row.structure.as_ref(), root)) { (root) } "." }
+                // Of a module that is not heard, according to its latest message.
+                p { @if state.unknown.is_some() { "Last known to be explained by " } @else { "Explained by " } a href=(view.component(row.structure.as_ref(), root)) { (root) } "." }
             }
         }
         (figures(&row))

@@ -1,7 +1,8 @@
 //! The parts of a component's page that change.
 
 use maud::{Markup, PreEscaped, html};
-use vocabulary::{FaultState, FaultTransition};
+use observer::why_no_fault;
+use vocabulary::FaultTransition;
 
 use super::evidence::ModuleAnswers;
 use super::{facts, plot, trail};
@@ -31,10 +32,7 @@ impl Shown<'_> {
 
     fn frame(&self) -> Markup {
         match &self.evidence.frame {
-            None if self.transition.state() == FaultState::Unknown => {
-                html! { p.nothing { "No freeze frame: whether the component has a fault is not known." } }
-            }
-            None => html! { p.nothing { "No freeze frame: the component has no fault." } },
+            None => html! { p.nothing { "No freeze frame: " (why_no_fault(self.transition)) "." } },
             Some(Err(why)) => html! { p.nothing { "No freeze frame: " (why) "." } },
             Some(Ok(drawing)) => html! { div.plot { (PreEscaped(drawing)) } },
         }
@@ -53,7 +51,7 @@ mod tests {
     use super::*;
     use crate::testing::{component, module, scene, silent};
     use std::sync::Arc;
-    use vocabulary::{Channel, Divergences, RunId, Step};
+    use vocabulary::{Channel, Divergences, FaultState, RunId, Step};
 
     fn html(module: observer::ModuleView, traces: &Traces, is_read: bool) -> String {
         let scene = scene(vec![module]);
@@ -72,7 +70,7 @@ mod tests {
         let heard = || module("m1", vec![component("m1/sensor/g1", FaultState::Normal)]);
         let claims = [
             "<dt>reference</dt><dd>agrees",
-            "the component has no fault",
+            "no fault is declared",
             "It explains no other change, and none explains it.",
         ];
         let page = html(heard(), &Traces::new(), true);
@@ -81,7 +79,7 @@ mod tests {
         assert!(!claims.iter().any(|claim| page.contains(claim)), "{page}");
         for known in [
             "<dt>reference</dt><dd>not known",
-            "whether the component has a fault is not known",
+            "whether it has a fault is not known",
             "No explanation is known; not read: the journal of m1.",
         ] {
             assert!(page.contains(known), "{known}: {page}");

@@ -11,8 +11,9 @@ use vocabulary::{FaultState, FaultTransition};
 
 use super::evidence::ModuleAnswers;
 use super::shown::Shown;
+use crate::layout::not_reported;
 use crate::observed::{Observed, Traces};
-use crate::part::PagePart;
+use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
 
 /// Interval for asking again for what was missing.
@@ -65,10 +66,10 @@ impl ComponentWatch {
         }
     }
 
-    /// The present parts of the page; empty if the component is not in the scene any more.
+    /// The present parts of the page.
     pub(crate) fn parts(&mut self, view: &LinkedScene<'_>) -> Vec<PagePart> {
         let known = view.scene.state_of(&self.id);
-        let Some(transition) = known else { return Vec::new() };
+        let Some(transition) = known else { return vec![part("facts", not_reported())] };
         self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
         let observed = &self.observed;

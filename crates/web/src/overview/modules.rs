@@ -1,9 +1,9 @@
-//! A card for each module: phase, lag, age of samples and status, journal, and its components.
+//! A card for each module: phase, lag, age of samples, when it was heard, journal, and its components.
 
 use maud::{Markup, html};
 use observer::{ModuleView, StateRow, title};
-use vocabulary::words::{or_nothing, span};
-use vocabulary::{ModuleStatus, StructureName};
+use vocabulary::StructureName;
+use vocabulary::words::or_nothing;
 
 use super::alarms::href;
 use crate::drawing::LinkedDrawing;
@@ -50,21 +50,12 @@ pub(crate) fn facts(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
             div { dt { "components" } dd { (module.counts().words()) } }
             div { dt { "lag" } dd { (or_nothing(module.lag())) } }
             div { dt { "age of samples" } dd { (or_nothing(module.sample_age())) } }
-            div { dt { "age of status" } dd { (age(view, status)) } }
+            div { dt { "heard" } dd { (module.heard(view.scene.time_unix_ns)) } }
             div { dt { "journal" } dd {
                 (or_nothing(journal)) @if is_kept { ", " (status.journal.bytes / 1000) " kB" }
             } }
         }
         @if !remarks.is_empty() { p.aside-note { (remarks) } }
-    }
-}
-
-/// A status arrives every second; while it does, its age is not interesting.
-#[expect(clippy::cast_precision_loss, reason = "ages are short")]
-fn age(view: &LinkedScene<'_>, status: &ModuleStatus) -> String {
-    match view.scene.time_unix_ns.saturating_sub(status.time_unix_ns) {
-        0..2_000_000_000 => "current".to_owned(),
-        age => span((age / 1_000_000_000 * 1000) as f64),
     }
 }
 

@@ -157,7 +157,7 @@ async fn without_a_network() {
         assert!(page.contains("the present state is unknown"), "{path}: {page}");
     }
     let (_, overview) = server.text("/").await;
-    assert!(overview.contains("NOT ANSWERING") && overview.contains("m9"), "{overview}");
+    assert!(overview.contains("NOT KNOWN") && overview.contains("m9"), "{overview}");
     assert_eq!(server.text("/healthz").await.0, StatusCode::OK);
     assert!(server.text("/metrics").await.1.contains("trusswatch_web_requests_total 6"));
 }
@@ -217,7 +217,7 @@ async fn a_fault_is_sent_by_stream_and_polling_and_rendered_once() {
     let mut component = server.get("/stream?page=component&of=m1/sensor/g1").await;
     let text = until(&mut component, "No freeze frame").await;
     assert!(
-        !text.contains("the component has no fault"),
+        !text.contains("no fault is declared"),
         "nothing was answered yet, and it was said: {text}"
     );
     let (status, page) = server.text("/component/m1/sensor/g1").await;

@@ -12,7 +12,7 @@ const DRIFT_PENALTY: f64 = 2.0;
 const MOST_LEFT: f64 = 2.0;
 /// Displacements from which on a kind is told.
 const LEAST: usize = 3;
-/// A reading within this share of the range of zero is zero.
+/// Readings within this share of the range of zero are noise of a gage that is not there any more.
 const ZERO: f64 = 1e-3;
 /// Half-width of a 95 % interval, in standard deviations.
 const NORMAL_95: f64 = 1.96;
@@ -88,10 +88,12 @@ pub(super) fn fit(
     let (low, high) = found
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d.reading), h.max(d.reading)));
-    if found.len() >= LEAST && high - low <= f64::EPSILON * high.abs().max(low.abs()) {
-        let zero = high.abs() <= ZERO * channel.range();
-        let kind = if zero { DisplacementKind::Zero } else { DisplacementKind::Stuck };
-        return told(kind, true, *sizes.last()?);
+    let largest = high.abs().max(low.abs());
+    if found.len() >= LEAST && largest <= ZERO * channel.range() {
+        return told(DisplacementKind::Zero, true, *sizes.last()?);
+    }
+    if found.len() >= LEAST && high - low <= f64::EPSILON * largest {
+        return told(DisplacementKind::Stuck, true, *sizes.last()?);
     }
     if found.len() < LEAST {
         return told(DisplacementKind::Bias, false, changed.unwrap_or(mean));
@@ -126,4 +128,35 @@ fn slope(along: &[f64], sizes: &[f64]) -> (f64, f64) {
     let factor = if square > 0.0 { product / square } else { 0.0 };
     let left = along.iter().zip(sizes).map(|(x, y)| (y - factor * x).powi(2)).sum::<f64>();
     (factor, (left / sizes.len() as f64).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gage_that_reads_nothing_but_its_noise_has_no_output() {
+        let channel = LearnedChannel {
+            name: "g".to_owned(),
+            lowest: -1.0,
+            highest: 1.0,
+            longest_constant_s: 9.0,
+            smallest_found: 0.1,
+        };
+        let fitted = |readings: [f64; 4]| {
+            let truth = [0.3, 0.5, 0.2, 0.4];
+            let displacement = |(place, reading): (usize, f64)| Displacement {
+                at_s: place as f64,
+                reading,
+                size: reading - truth[place],
+            };
+            let found: Vec<_> = readings.into_iter().enumerate().map(displacement).collect();
+            fit(&found, &[0.0, 0.01], Some(-0.3), (&channel, 0.01)).unwrap()
+        };
+        assert_eq!(fitted([1e-4, -2e-4, 0.0, 3e-4]).kind, DisplacementKind::Zero);
+        assert_eq!(fitted([0.7; 4]).kind, DisplacementKind::Stuck);
+        let half = fitted([0.15, 0.25, 0.1, 0.2]);
+        assert_eq!((half.kind, half.decided), (DisplacementKind::Gain, true));
+        assert!((half.size - 0.5).abs() < 0.02, "{half:?}");
+    }
 }

@@ -1,7 +1,5 @@
 //! The change detector alone, on rows of numbers: the divergences of all channels and what the thresholds make of them.
 
-mod leaving;
-
 use std::ops::Range;
 
 use serde::Serialize;
@@ -10,10 +8,9 @@ use vocabulary::Step;
 use crate::divergence::{
     DivergenceBank, DivergenceOutcome, DivergenceSettings, SettingsError, Violation,
 };
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, Observation};
 use crate::residual::longest_gap_of_structure;
 use crate::settings::ModuleSetup;
-use leaving::Leaving;
 
 /// Channels that share a bank, and its arithmetic, until one of them has a gap of its own.
 const TOGETHER: usize = 4;
@@ -52,7 +49,7 @@ pub struct ChannelGroup {
     pub quiet_steps: u64,
     /// What becomes of gaps.
     pub gaps: GapRule,
-    /// Is a change that leaves the interval told from one that begins?
+    /// Is a change that leaves the interval told from one that enters it?
     pub marks_leaving: bool,
     /// Each channel.
     pub channels: Vec<Tuning>,
@@ -88,7 +85,7 @@ pub struct ChannelReading {
     pub divergence: Option<f64>,
     /// Has the divergence risen to the threshold, after the warm-up, and not become quiet since?
     pub change: bool,
-    /// An earlier change is leaving the interval, which looks like another one.
+    /// An earlier change that leaves the interval causes this one, not the new samples.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub leaving: bool,
     /// The channel was restarted.
@@ -147,7 +144,10 @@ struct GroupDetector {
     gaps: GapRule,
     banks: Vec<ChannelBank>,
     monitors: Vec<Monitor>,
-    leaving: Vec<Leaving>,
+    /// Is a change told from one that leaves the interval?
+    marks_leaving: bool,
+    /// Whether samples that leave the interval cause the present change of each channel.
+    leaving: Vec<bool>,
     /// The latest value of each channel.
     latest: Vec<f64>,
 }
@@ -191,7 +191,8 @@ impl GroupDetector {
             gaps: group.gaps,
             banks: banks.collect::<Result<_, _>>()?,
             monitors,
-            leaving: group.channels.iter().map(|tuning| Leaving::new(group, tuning)).collect(),
+            marks_leaving: group.marks_leaving,
+            leaving: vec![false; group.channels.len()],
             latest: vec![0.0; group.channels.len()],
         })
     }
@@ -221,7 +222,7 @@ impl GroupDetector {
         values: &[f64],
         readings: &mut [ChannelReading],
     ) {
-        let GroupDetector { gaps, banks, monitors, leaving, latest } = self;
+        let GroupDetector { gaps, banks, monitors, marks_leaving, leaving, latest } = self;
         let bank = &mut banks[number];
         let missing = bank.last.map_or(0, |last| step.saturating_sub(last + 1));
         bank.last = Some(step);
@@ -238,20 +239,29 @@ impl GroupDetector {
             }
         }
         bank.fill(|channel| values[channel]);
-        let outcomes = bank.bank.push(&bank.sample);
-        for ((channel, taken_over), &outcome) in
-            bank.channels.clone().zip(&bank.taken_over).zip(outcomes)
-        {
-            if *taken_over {
+        bank.bank.push(&bank.sample);
+        for (place, channel) in bank.channels.clone().enumerate() {
+            if bank.taken_over[place] {
                 continue;
             }
+            let outcome = bank.bank.outcomes()[place];
             latest[channel] = values[channel];
             let monitor = &mut monitors[channel];
-            monitor.observe(row, values[channel], outcome);
+            let begins = matches!(
+                monitor.observe(row, values[channel], outcome),
+                Observation::Changed { .. }
+            );
+            if *marks_leaving && (begins || leaving[channel]) {
+                let [entering, left] = bank.bank.parts(place);
+                // It stays one until it ends, unless something enters that is a change by itself.
+                let is_more = left > entering || !begins;
+                let is_change = entering >= monitor.evidence().threshold;
+                leaving[channel] = monitor.is_active() && is_more && !is_change;
+            }
             readings[channel] = ChannelReading {
                 divergence: outcome.divergence(),
                 change: monitor.is_active(),
-                leaving: leaving[channel].observe(outcome, monitor.is_active()),
+                leaving: leaving[channel],
                 restarted: match outcome {
                     DivergenceOutcome::Restarted(violation) => Some(violation),
                     DivergenceOutcome::Undefined | DivergenceOutcome::Defined { .. } => None,
@@ -288,5 +298,96 @@ impl ChannelBank {
         for (sample, (channel, taken_over)) in self.sample.iter_mut().zip(own) {
             *sample = if *taken_over { 0.0 } else { value(channel) };
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::divergence::Interval;
+
+    const INTERVAL: usize = 2000;
+
+    /// Numbers with about the normal distribution.
+    fn normal(count: usize) -> Vec<f64> {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..count).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
+    }
+
+    /// Rows at which a change begins, each with whether it is one that leaves the interval.
+    fn changes(values: &[f64]) -> Vec<(usize, bool)> {
+        let group = ChannelGroup {
+            settings: DivergenceSettings {
+                window: 10,
+                lag: 10,
+                interval: Interval::Sliding { vectors: INTERVAL },
+            },
+            warm_up: 300,
+            quiet_steps: 40,
+            gaps: GapRule::OPEN,
+            marks_leaving: true,
+            channels: vec![Tuning { prior_scatter: 1.0, threshold: 0.25 }],
+        };
+        let mut detector = TableDetector::new(&[group]).unwrap();
+        let mut before = ChannelReading::default();
+        let mut found = Vec::new();
+        for (row, value) in values.iter().enumerate() {
+            let reading = detector.take(Some((row as u64, &[*value])))[0];
+            if reading.change && (!before.change || before.leaving != reading.leaving) {
+                found.push((row, reading.leaving));
+            }
+            before = reading;
+        }
+        found
+    }
+
+    fn is_near(row: usize, to: usize) -> bool {
+        row.abs_diff(to) < 60
+    }
+
+    #[test]
+    fn neither_the_begin_nor_the_end_of_a_fault_is_a_change_when_it_leaves_the_interval() {
+        for (size, length) in [(10.0, 200), (4.0, 200), (10.0, 1000), (100.0, 60), (60.0, 1)] {
+            let mut values = normal(6000);
+            let end = 500 + length;
+            values[500..end].iter_mut().for_each(|value| *value += size);
+            let found = changes(&values);
+            println!("{size} for {length} rows: {found:?}");
+            let leaves = found.iter().any(|(row, leaving)| *leaving && *row > INTERVAL);
+            assert!(leaves || length != 200 || size < 10.0, "{found:?}");
+            let counted: Vec<usize> =
+                found.iter().filter(|(_, leaving)| !leaving).map(|(row, _)| *row).collect();
+            assert!(is_near(counted[0], 505), "{counted:?}");
+            assert!(counted[1..].iter().all(|row| is_near(*row, end)), "{counted:?}");
+        }
+    }
+
+    #[test]
+    fn a_change_is_one_though_another_leaves_the_interval_meanwhile() {
+        for begin in [2480, 2500, 2520, 2690, 2705] {
+            let mut values = normal(4000);
+            values[500..700].iter_mut().for_each(|value| *value += 10.0);
+            values[begin..].iter_mut().for_each(|value| *value += 30.0);
+            let found = changes(&values);
+            println!("{begin}: {found:?}");
+            let is_found =
+                |(row, leaving): &(usize, bool)| !leaving && (begin..begin + 20).contains(row);
+            assert!(found.iter().any(is_found), "{begin}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn what_stays_changed_changes_once() {
+        let mut values = normal(6000);
+        values[1000..].iter_mut().for_each(|value| *value += 10.0);
+        let found = changes(&values);
+        println!("{found:?}");
+        assert!(found.iter().filter(|(_, leaving)| !leaving).count() == 1, "{found:?}");
     }
 }
