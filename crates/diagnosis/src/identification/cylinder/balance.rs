@@ -405,3 +405,79 @@ fn look_around(points: &mut [BalancePoint]) {
         point.held_near = [0, 1].map(|k| before.1[k] + share * (after.1[k] - before.1[k]));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use vocabulary::{RunId, Step};
+
+    use super::*;
+    use crate::identification::excerpt::CylinderStep;
+    use crate::identification::{FaultOnset, MeasuredSeries};
+    use crate::testing::hydraulics;
+
+    /// Pressures that follow nothing, far from supply and tank.
+    fn balance() -> OilBalance {
+        let step = |step: u64| {
+            let wave = |pace: f64| (pace * (step * step) as f64).sin();
+            let pressures_pa = [8e6 + 1e4 * wave(2.4), 9e6 + 1e4 * wave(1.7)];
+            CylinderStep { step: Step(step), demand_n: 2e3 * wave(0.3), pressures_pa }
+        };
+        let series = CylinderSeries {
+            steps: (0..60).map(step).collect(),
+            hydraulics: hydraulics(),
+            null_flow: Prior::about_zero(1e-9),
+        };
+        let excerpt = Excerpt {
+            run: RunId(1),
+            sequence: 1,
+            component: "actuator/a1".parse().unwrap(),
+            as_of: Step(60),
+            step_s: 1e-3,
+            seen: FaultOnset::Change { onset: Step(30), detection: Step(40) },
+            measured: MeasuredSeries::Cylinder(series.clone()),
+        };
+        OilBalance::new(&excerpt, &series).unwrap()
+    }
+
+    /// What is weighed of a valve that let through what was commanded, with something added to what the chambers hold at the
+    /// end.
+    fn as_commanded(balance: &OilBalance, added_m3: [f64; 2], wrong: f64) -> f64 {
+        let mut balance = balance.clone();
+        let last = balance.points.len() - 1;
+        for k in [0, 1] {
+            balance.points[last].held[k] += added_m3[k];
+        }
+        let flow: Vec<f64> = balance.steps.iter().map(|step| 1.1 * step.commanded).collect();
+        let level = balance.with_valve(&flow, wrong);
+        balance.weigh_valve(&level, Prior::about_zero(1.0)).unwrap().log_likelihood
+    }
+
+    #[test]
+    fn without_error_sum_and_difference_say_of_a_valve_what_the_two_chambers_say() {
+        let mut balance = balance();
+        // What flows is known: otherwise it is uncertain by another share of each chamber's noise.
+        balance.points.iter_mut().for_each(|point| point.sums.unsure = [0.0; 2]);
+        let turned = as_commanded(&balance, [0.0; 2], 0.0);
+        let flow: Vec<f64> = balance.steps.iter().map(|step| 1.1 * step.commanded).collect();
+        let let_in = flows::oil(&balance.hydraulics, &balance.steps, &flow);
+        for (point, of) in balance.points.iter_mut().zip(&balance.groups) {
+            let count = of.len() as f64;
+            point.sums.oil =
+                [0, 1].map(|k| let_in[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / count);
+        }
+        let level = balance.during(0, LASTS, |_| [0.0; 2]);
+        let plain = balance.weigh_valve(&level, Prior::about_zero(1.0)).unwrap().log_likelihood;
+        assert!((turned - plain).abs() < 1e-6 * plain.abs(), "{turned} {plain}");
+    }
+
+    #[test]
+    fn a_displaced_spool_may_move_oil_from_one_chamber_to_the_other_but_add_none() {
+        let balance = balance();
+        let much_m3 = 100.0 * balance.noise_m6[0].sqrt();
+        let gained = |added: [f64; 2]| {
+            as_commanded(&balance, added, 1.0) - as_commanded(&balance, added, 0.0)
+        };
+        let [moved, added] = [gained([much_m3, -much_m3]), gained([much_m3, much_m3])];
+        assert!(moved > 10.0 && moved > 10.0 * added, "{moved} {added}");
+    }
+}
