@@ -4,7 +4,9 @@
 //! more it reads than the other gages and the forces say, a cylinder by both chambers' balance of oil. Each
 //! hypothesis says what it does to the series, how likely it is beforehand and how large it may be; what it leaves
 //! open (onset, size) is integrated out, so that a hypothesis that fits anything gains nothing by that (marginal
-//! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
+//! likelihood). From the likelihoods and the priors follow the probabilities of the kinds. One hypothesis is that it is
+//! none of them: whatever was measured wanders in a way of its own from the onset on. Since that explains any series a
+//! little, a kind is rejected only if what it leaves unexplained is more than its model may be wrong by.
 
 mod axis;
 mod cylinder;
@@ -18,7 +20,9 @@ mod signature;
 #[cfg(test)]
 mod any_series_test;
 
-use vocabulary::{Candidate, Component, FaultSize, RunId, SignaturePoint, Step, fault::FaultKind};
+use vocabulary::{
+    Candidate, Component, FaultSize, IdentifiedKind, RunId, SignaturePoint, Step, fault::FaultKind,
+};
 
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
@@ -32,10 +36,13 @@ use mixture::Mixture;
 pub const DECIDED: f64 = 0.95;
 /// Kinds below this are not mentioned.
 const MENTIONED: f64 = 0.01;
+/// How likely it is beforehand that a fault is of none of the kinds, in comparison with one of them. Seldom enough that a
+/// slow process does not rival the bias that it resembles.
+const NONE_PRIOR: f64 = 0.001;
 
 /// A kind of fault as a hypothesis about series of this type.
 struct Hypothesis<Series> {
-    kind: FaultKind,
+    kind: IdentifiedKind,
     /// How likely it is beforehand, in comparison with the others of its component.
     prior: f64,
     /// Its cases (what it leaves open, integrated out by their sum), and its size, if it has one.
@@ -69,17 +76,20 @@ impl IdentificationResult {
     }
 }
 
-/// Identifies a fault.
+/// Identifies a fault. A kind that is left out stands for one that nobody has thought of; there is none in service.
 #[must_use]
-pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
+pub fn identify(excerpt: &Excerpt, without: Option<FaultKind>) -> IdentificationResult {
     let (candidates, signature) = match &excerpt.measured {
         MeasuredSeries::Gage(series) => gage::record::GageRecord::new(excerpt, series)
-            .map(|record| weigh(&record, &gage::HYPOTHESES)),
+            .map(|record| weigh(&record, &gage::HYPOTHESES, without)),
         MeasuredSeries::Cylinder(series) => cylinder::balance::OilBalance::new(excerpt, series)
-            .map(|balance| weigh(&balance, &cylinder::HYPOTHESES)),
+            .map(|balance| weigh(&balance, &cylinder::HYPOTHESES, without)),
         MeasuredSeries::Nothing => {
-            let certain = Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None };
-            Some((vec![certain], Vec::new()))
+            let kind = match without {
+                Some(FaultKind::NoSignal) => IdentifiedKind::NoneOfThese,
+                _ => IdentifiedKind::Known(FaultKind::NoSignal),
+            };
+            Some((vec![Candidate { kind, probability: 1.0, size: None }], Vec::new()))
         }
     }
     .unwrap_or_default();
@@ -98,6 +108,7 @@ pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
 fn weigh<Series>(
     series: &Series,
     hypotheses: &[Hypothesis<Series>],
+    without: Option<FaultKind>,
 ) -> (Vec<Candidate>, Vec<SignaturePoint>) {
     let weigh = |hypothesis| {
         let Hypothesis { prior, weigh, .. }: &Hypothesis<Series> = hypothesis;
@@ -105,7 +116,11 @@ fn weigh<Series>(
         let log = prior.ln() + cases.log_likelihood();
         (hypothesis, cases.likeliest(), size, log)
     };
-    let mut weighed: Vec<_> = hypotheses.iter().map(weigh).collect();
+    let is_left_out = |hypothesis: &&Hypothesis<Series>| {
+        without.is_some_and(|kind| hypothesis.kind == kind.into())
+    };
+    let mut weighed: Vec<_> =
+        hypotheses.iter().filter(|one| !is_left_out(one)).map(weigh).collect();
     weighed.retain(|(.., log)| !log.is_nan());
     weighed.sort_by(|(.., a), (.., b)| b.total_cmp(a));
     let Some(&(.., largest)) = weighed.first().filter(|(.., log)| log.is_finite()) else {
@@ -124,7 +139,7 @@ fn weigh<Series>(
 }
 
 /// Whether the interval of a size holds that of a component without a fault.
-fn may_be_healthy(kind: FaultKind, size: Option<&FaultSize>) -> bool {
-    let healthy = if kind == FaultKind::Gain { 1.0 } else { 0.0 };
+fn may_be_healthy(kind: IdentifiedKind, size: Option<&FaultSize>) -> bool {
+    let healthy = if kind.known() == Some(FaultKind::Gain) { 1.0 } else { 0.0 };
     size.is_some_and(|size| (size.low..=size.high).contains(&healthy))
 }
