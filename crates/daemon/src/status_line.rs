@@ -51,7 +51,7 @@ fn faults(status: &ModuleStatus) -> String {
     for (count, what) in [
         (status.unconfirmed, "unconfirmed"),
         (status.unknown, "unknown"),
-        (status.shelved, "set aside"),
+        (status.shelved, "shelved or suppressed"),
     ] {
         if count > 0 {
             words.push(format!("{count} {what}"));
@@ -110,7 +110,7 @@ mod tests {
     fn alarms_that_are_set_aside_are_counted_beside_the_faults() {
         let mut status = module(ModulePhase::InService);
         (status.latched, status.shelved) = (1, 2);
-        assert_eq!(of_module(&status), "in service, 1 fault and 2 set aside");
+        assert_eq!(of_module(&status), "in service, 1 fault and 2 shelved or suppressed");
     }
 
     #[test]
