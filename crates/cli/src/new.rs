@@ -100,6 +100,7 @@ fn make(arguments: &Arguments, file: &Path, out: &Path) -> Result<(), Failure> {
     let directory = Directory::claim(out)?;
     let mut assumed = Vec::new();
     let table = with_fitting_gain(given.clone(), &mut assumed);
+    let table = with_strong_cylinders(table, &structure, &given, &mut assumed);
     directory.write(STRUCTURE, &structure.to_toml())?;
     directory.write(PLANT, &plant_text(table, &layout))?;
     let plant = load_plant(&out.join(PLANT), &PlantFlags::default())?;
@@ -235,6 +236,45 @@ fn with_fitting_gain(mut given: Table, assumed: &mut Vec<String>) -> Table {
     hydraulics.insert(GAIN.into(), gain.into());
     given.insert("hydraulics".into(), hydraulics.into());
     given
+}
+
+/// Enlarges the tower's cylinders if the structure's loads ask for more, unless others are given.
+fn with_strong_cylinders(
+    mut table: Table,
+    structure: &Structure,
+    given: &Table,
+    assumed: &mut Vec<String>,
+) -> Table {
+    // What cannot be read or built is refused with its place later.
+    let Ok(parameters) = Value::Table(table.clone()).try_into::<PlantParameters>() else {
+        return table;
+    };
+    let times = match study::missing_cylinder_size(structure, &parameters) {
+        Ok(times) if times > 1.0 && !given.contains_key("hydraulics") => times,
+        _ => return table,
+    };
+    let tower = parameters.hydraulics;
+    let larger = tower.enlarged(times);
+    assumed.push(format!(
+        "Cylinders and valves {times:.1} times as large as the tower's, for up to {:.0} kN: those of {:.0} kN have no reserve \
+         for the mean wind and the live loads of plant.toml.",
+        1e-3 * larger.demand_limit_n,
+        1e-3 * tower.demand_limit_n
+    ));
+    let entry = table.entry("hydraulics").or_insert_with(|| Table::new().into());
+    if let Value::Table(hydraulics) = entry {
+        for (key, value) in [
+            ("area_a_m2", larger.area_a_m2),
+            ("area_b_m2", larger.area_b_m2),
+            ("volume_a_m3", larger.volume_a_m3),
+            ("volume_b_m3", larger.volume_b_m3),
+            ("valve_flow_m3_per_s", larger.valve_flow_m3_per_s),
+            ("demand_limit_n", larger.demand_limit_n),
+        ] {
+            hydraulics.insert(key.to_owned(), value.into());
+        }
+    }
+    table
 }
 
 fn assumptions(structure: &Structure, plant: &PlantConfig, hydraulics_given: bool) -> Vec<String> {

@@ -40,5 +40,6 @@ pub use journal::Done;
 pub use rig::{Rig, RigError, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};
 pub use system::{
-    CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System, module_setups,
+    CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System, missing_cylinder_size,
+    module_setups,
 };

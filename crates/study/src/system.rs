@@ -1,6 +1,7 @@
 //! A structure with its plant and its diagnosers, as described, and the plants drawn from that description.
 
 use std::fmt;
+use std::ops::Range;
 
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, SignalSettings};
@@ -24,6 +25,8 @@ const LEAST_WEATHER_SNIPPETS: u64 = 40;
 const MORE_THAN_VALUES: u64 = 12;
 const SNIPPET_S: f64 = 12.0;
 const STROKE_N: f64 = 100e3;
+/// Seeds of the plants that are asked how strong cylinders have to be.
+const PROBED_PLANTS: Range<u64> = 3_000_000..3_000_016;
 
 /// The tuning of a controller: rules of the diagnosis must not depend on the demands of one controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -179,6 +182,27 @@ pub fn module_setups(
         })
     };
     structure.equipped().map(setup).collect()
+}
+
+/// By which factor the described cylinders are too small: mean wind and live loads at the start of a run, on plants within
+/// 10 %, are to ask for half of what they can do at most. 1 if they ask for less than two thirds.
+///
+/// # Errors
+/// A plant cannot be created.
+pub fn missing_cylinder_size(
+    structure: &Structure,
+    parameters: &PlantParameters,
+) -> Result<f64, StudyError> {
+    let limit_n = parameters.hydraulics.demand_limit_n;
+    let mut unlimited = parameters.clone();
+    unlimited.hydraulics.demand_limit_n = f64::MAX;
+    let mut largest_n: f64 = 0.0;
+    for seed in PROBED_PLANTS {
+        let mut plant = plant(structure, &unlimited, 0.1, seed)?;
+        let demands = plant.advance().modules.iter().flat_map(|module| &module.demands_n);
+        largest_n = demands.fold(largest_n, |largest, demand| largest.max(demand.abs()));
+    }
+    Ok(if 1.5 * largest_n > limit_n { 2.0 * largest_n / limit_n } else { 1.0 })
 }
 
 impl System {

@@ -14,6 +14,9 @@ use vocabulary::{Component, Condition, Obstacle, fault::Fault};
 /// A bridge of two spans and two modules at 100 Hz.
 const SMALL: u64 = 3;
 
+/// A cantilever for which the tower's cylinders are too small.
+const TOO_HEAVY: u64 = 14;
+
 /// A structure as its owner would describe it, and how fast it is sampled.
 struct Drawn {
     words: String,
@@ -55,6 +58,9 @@ fn draw(seed: u64) -> Drawn {
     let step_s = [1e-2, 5e-3, 2e-3, 1e-3, 0.5e-3][draw.count(0, 4)];
     let mut parameters = PlantParameters { step_s, ..PlantParameters::default() };
     parameters.hydraulics.force_gain_m3_per_s_per_n *= (10e-3 / (4.0 * step_s)).min(1.0);
+    let missing = study::missing_cylinder_size(&structure, &parameters);
+    let missing = missing.unwrap_or_else(|error| panic!("{error}\n{text}"));
+    parameters.hydraulics = parameters.hydraulics.enlarged(missing);
     let words = format!("{modules} modules of a {words} at {:.0} Hz", 1.0 / step_s);
     Drawn { words, structure, parameters }
 }
@@ -319,6 +325,23 @@ fn is_below(drawn: &Drawn, fault: &TimedFault, reading_over_noise: Option<f64>) 
         }
         _ => false,
     }
+}
+
+#[test]
+fn cylinders_are_enlarged_where_the_loads_ask_for_more_than_they_can_do() {
+    let tower = Structure::from_toml(include_str!("../../../configs/tower.toml")).unwrap();
+    let parameters = PlantParameters::default();
+    assert_eq!(study::missing_cylinder_size(&tower, &parameters).unwrap(), 1.0);
+    let weak = PlantParameters { hydraulics: parameters.hydraulics.enlarged(0.1), ..parameters };
+    let missing = study::missing_cylinder_size(&tower, &weak).unwrap();
+    let enough = PlantParameters { hydraulics: weak.hydraulics.enlarged(missing), ..weak.clone() };
+    assert!(missing > 1.0, "{missing}");
+    assert_eq!(study::missing_cylinder_size(&tower, &enough).unwrap(), 1.0);
+    let change = enough.hydraulics.time_constant_s() / weak.hydraulics.time_constant_s();
+    assert!((change - 1.0).abs() < 1e-9, "{change}");
+    // Without that, this one cannot be calibrated.
+    let Drawn { parameters, words, .. } = draw(TOO_HEAVY);
+    assert!(parameters.hydraulics.demand_limit_n > 139e3, "{words}");
 }
 
 /// Random faults, and runs without any, on plants within 10 %.

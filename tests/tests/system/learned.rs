@@ -94,14 +94,18 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
     // Samples come from the client, all else from the diagnoser.
     let mut recorder = Recorder::start_of("bridge", &[endpoint.clone(), own], folder.path());
     recorder.hears(&["span"]).await;
+    // The recorder subscribes to other modules' samples too; the diagnoser's token follows its subscription.
+    let of_recorder = client.declare_publisher("trusswatch/bridge/other/sample").await.unwrap();
     let linked = async {
-        while client.info().peers_zid().await.count() < 2 {
+        while !of_recorder.matching_status().await.unwrap().matching() {
             tokio::time::sleep(GLANCE).await;
         }
-        // What the recorder subscribes to follows its link.
-        tokio::time::sleep(5 * GLANCE).await;
+        let token = "trusswatch/bridge/span/alive";
+        while client.liveliness().get(token).await.unwrap().recv_async().await.is_err() {
+            tokio::time::sleep(GLANCE).await;
+        }
     };
-    in_time("the recorder's link", linked).await;
+    in_time("the links to diagnoser and recorder", linked).await;
     let faults = client.declare_subscriber("trusswatch/bridge/span/fault/**").await.unwrap();
     let publisher = client.declare_publisher("trusswatch/bridge/span/sample");
     let publisher = publisher.congestion_control(CongestionControl::Block).await.unwrap();

@@ -73,6 +73,22 @@ impl Default for HydraulicParameters {
 }
 
 impl HydraulicParameters {
+    /// Cylinders of the same kind and their valves, so many times as large: at the same pressures they exert so many times
+    /// the force, and their force control is as fast.
+    #[must_use]
+    pub fn enlarged(&self, times: f64) -> Self {
+        Self {
+            area_a_m2: times * self.area_a_m2,
+            area_b_m2: times * self.area_b_m2,
+            volume_a_m3: times * self.volume_a_m3,
+            volume_b_m3: times * self.volume_b_m3,
+            valve_flow_m3_per_s: times * self.valve_flow_m3_per_s,
+            null_flow_m3_per_s: times * self.null_flow_m3_per_s,
+            demand_limit_n: times * self.demand_limit_n,
+            ..self.clone()
+        }
+    }
+
     /// Force of the pressures in chambers A and B \[Pa\] (eq. 8) \[N\].
     #[must_use]
     pub fn force_n(&self, [a, b]: [f64; 2]) -> f64 {
