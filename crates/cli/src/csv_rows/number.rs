@@ -50,6 +50,8 @@ pub(super) fn number(field: &[u8], mark: &mut Option<DecimalMark>) -> Result<f64
 }
 
 fn slow_number(text: &str, mark: &mut Option<DecimalMark>) -> Result<f64, Wrong> {
+    // Word processors and some spreadsheets write the mathematical minus sign.
+    let text = &text.replace('\u{2212}', "-");
     if is_missing(text) {
         return Ok(f64::NAN);
     }
@@ -118,6 +120,8 @@ mod tests {
             ("1.234,5", None, Ok((1234.5, Some(Comma)))),
             ("1,234.5", None, Ok((1234.5, Some(Point)))),
             ("1'234.5", None, Ok((1234.5, Some(Point)))),
+            ("\u{2212}1.5e\u{2212}3", None, Ok((-1.5e-3, Some(Point)))),
+            ("\u{2212}1,5", None, Ok((-1.5, Some(Comma)))),
             ("-12 345 678", None, Ok((-12_345_678.0, None))),
             ("1.5", Some(Comma), Err(Wrong::Text)),
             ("0,5", Some(Point), Err(Wrong::Text)),
