@@ -168,7 +168,7 @@ impl EventFeed {
     }
 
     fn presence(&mut self, key: &ModuleKey, there: bool) {
-        match self.module(key) {
+        match self.known_or_new(key) {
             Some(module) if there => module.appear(),
             Some(module) => module.disappear(),
             None => {}
@@ -253,7 +253,18 @@ impl EventFeed {
         self.modules.iter_mut().find_map(due)
     }
 
+    /// The feed of a module's message. Beyond [`MODULES`], it takes the place of one of which only a token was seen.
     fn module(&mut self, key: &ModuleKey) -> Option<&mut ModuleFeed> {
+        if self.modules.len() >= MODULES && !self.modules.contains_key(key) {
+            let only_seen = self.modules.iter().find(|(_, module)| module.is_only_seen());
+            if let Some(key) = only_seen.map(|(key, _)| key.clone()) {
+                self.modules.remove(&key);
+            }
+        }
+        self.known_or_new(key)
+    }
+
+    fn known_or_new(&mut self, key: &ModuleKey) -> Option<&mut ModuleFeed> {
         if !self.modules.contains_key(key) {
             if self.modules.len() >= MODULES {
                 return None;

@@ -130,6 +130,14 @@ impl ModuleFeed {
         }
     }
 
+    /// Whether nothing is known of it but its liveliness token.
+    pub(super) fn is_only_seen(&self) -> bool {
+        self.latest == LatestTransition::default()
+            && (self.end, self.filler.held().len()) == (0, 0)
+            && self.identifications.is_empty()
+            && self.phase.is_none()
+    }
+
     /// The next sequence number, if known.
     fn next(&self) -> Option<u64> {
         self.is_begun.then(|| self.filler.next())

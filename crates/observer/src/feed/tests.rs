@@ -605,3 +605,18 @@ fn a_module_that_leaves_is_reported_within_half_a_second_and_a_first_connection_
     assert!(seen.connected(true, 6400).is_empty());
     assert_eq!(seen.connected(true, 6500), ["m1 false"]);
 }
+
+#[test]
+fn a_module_that_answers_has_a_place_among_made_up_tokens() {
+    let (mut feed, now) = (EventFeed::default(), Instant::now());
+    for number in 0..3000 {
+        let ghost = format!("ghost{number}").parse().unwrap();
+        feed.published(Incoming::Token((key().0, ghost), true), now);
+    }
+    let news = feed.open(vec![transition(1)], now);
+    assert!(!news.is_empty(), "what it answered is handed out");
+    let news = feed.published(Incoming::Transition(Box::new(transition(3))), now);
+    assert!(news.is_empty(), "it waits for the one between");
+    let mut due = std::iter::from_fn(|| feed.question(now + SECOND));
+    assert!(due.any(|(of, question)| of == key() && question == ModuleQuery::History(2)));
+}

@@ -120,7 +120,7 @@ impl Structures {
                 // The plant has a liveliness token but is not a module.
                 if let Ok(module) = who.parse::<ModuleName>()
                     && who != PLANT
-                    && let Some(view) = self.module(structure, &module)
+                    && let Some(view) = self.known_or_new(structure, &module)
                 {
                     (view.present, view.left_unix_ns) =
                         (*there, if *there { 0 } else { now_unix_ns });
@@ -271,8 +271,28 @@ impl Structures {
         self.reported.retain(|key, _| self.modules.contains_key(key));
     }
 
-    /// The module, unless it is a new one beyond [`MODULES`].
+    /// The module of a message. Beyond [`MODULES`], it takes the place of one of which only a token was seen.
     fn module(
+        &mut self,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Option<&mut ModuleView> {
+        let key = (Some(structure.clone()), module.clone());
+        if self.modules.len() >= MODULES && !self.modules.contains_key(&key) {
+            let is_only_seen = |view: &ModuleView| {
+                view.heard_unix_ns == 0 && !view.expected && view.peer_of.is_empty()
+            };
+            let only_seen = self.modules.iter().find(|(_, view)| is_only_seen(view));
+            if let Some(key) = only_seen.map(|(key, _)| key.clone()) {
+                self.modules.remove(&key);
+                self.ignored += 1;
+            }
+        }
+        self.known_or_new(structure, module)
+    }
+
+    /// The module, unless it is a new one beyond [`MODULES`].
+    fn known_or_new(
         &mut self,
         structure: &StructureName,
         module: &ModuleName,
@@ -715,14 +735,16 @@ mod tests {
             structures.news(token(&format!("ghost{number}"), true), SECOND);
         }
         structures.status(testing::status("m1", &["another"]), 2 * SECOND);
+        structures.status(testing::status("m2", &[]), 2 * SECOND);
         let scene = structures.scene(1, 2 * SECOND);
         assert_eq!(scene.modules.len(), MODULES);
-        let own = scene.modules.iter().find(|module| module.module.as_str() == "m1").unwrap();
-        assert_eq!(own.heard_unix_ns, 2 * SECOND, "one that is known is still heard");
+        let heard = scene.modules.iter().filter(|module| module.heard_unix_ns > 0);
+        let heard: Vec<_> = heard.map(|module| module.module.to_string()).collect();
+        assert_eq!(heard, ["m1", "m2"], "known or new, one that is heard has a place");
         let problem = scene.problems.back().unwrap();
         assert_eq!(
             problem,
-            "1024 modules, or 1024 components of one, are known; 1978 messages of others were ignored"
+            "1024 modules, or 1024 components of one, are known; 1979 messages of others were ignored"
         );
     }
 
