@@ -249,10 +249,7 @@ fn a_quiet_a_quantised_and_a_stuck_gage_are_identified() {
                 }
                 bench.give(Event::Sample(sample));
             }
-            let found: Vec<_> = excerpts(&bench.actions)
-                .into_iter()
-                .map(|excerpt| identify(excerpt, None))
-                .collect();
+            let found: Vec<_> = excerpts(&bench.actions).into_iter().map(identify).collect();
             let of_gage = found.iter().rfind(|found| found.component.to_string() == "sensor/g2");
             let of_gage =
                 of_gage.unwrap_or_else(|| panic!("not identified: {:?}", bench.latched()));
