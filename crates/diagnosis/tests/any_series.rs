@@ -181,7 +181,7 @@ fn endure(setup: ModuleSetup, story: &Story, count: u64) -> Vec<diagnosis::state
         windows.extend(lengths.filter_map(|length| bench.diagnoser.window(length)).cloned());
     }
     for excerpt in excerpts(&bench.actions) {
-        let found = identify(excerpt, None);
+        let found = identify(excerpt);
         let all: f64 = found.candidates.iter().map(|candidate| candidate.probability).sum();
         assert!(all <= 1.0 + 1e-9 && !all.is_nan(), "{found:?}");
         for size in found.candidates.iter().filter_map(|candidate| candidate.size) {

@@ -6,8 +6,7 @@ use std::collections::BTreeMap;
 
 use vocabulary::{
     Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
-    IdentifiedKind, ModulePhase, ModuleStatus, PeerStatus, PhaseChange, RunId, Shelving, Step,
-    fault::FaultKind,
+    ModulePhase, ModuleStatus, PeerStatus, PhaseChange, RunId, Shelving, Step, fault::FaultKind,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -119,8 +118,7 @@ pub fn agreeing(state: FaultTransition) -> FaultTransition {
 pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        let known = FaultKind::named(kind).map(IdentifiedKind::Known);
-        let kind = known.unwrap_or(IdentifiedKind::NoneOfThese);
+        let kind = FaultKind::named(kind).unwrap();
         Candidate { kind, probability, size: None }
     };
     Identification {

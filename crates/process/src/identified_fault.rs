@@ -136,7 +136,7 @@ mod tests {
             as_of_step: Step(as_of),
             decided: true,
             candidates: vec![Candidate {
-                kind: vocabulary::fault::FaultKind::Stuck.into(),
+                kind: vocabulary::fault::FaultKind::Stuck,
                 probability: 1.0,
                 size: None,
             }],
@@ -237,7 +237,7 @@ mod tests {
         fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
             let size = size.map(|[low, value, high]| FaultSize { value, low, high });
             let candidate = |kind: &&str| Candidate {
-                kind: vocabulary::fault::FaultKind::named(kind).unwrap().into(),
+                kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
                 probability: 0.5,
                 size,
             };

@@ -9,7 +9,7 @@ use diagnosis::{
     Transition, Verdict,
 };
 use serde::{Deserialize, Serialize};
-use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::FaultKind};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
 
 /// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,9 +98,6 @@ pub struct GroupError {
     pub problems: Vec<SetupError>,
 }
 
-/// Identifies a fault, perhaps without one of the kinds.
-pub type Identify = fn(&Excerpt, Option<FaultKind>) -> IdentificationResult;
-
 /// The diagnosers of several modules.
 #[derive(Debug)]
 pub struct DiagnoserGroup {
@@ -114,8 +111,7 @@ pub struct DiagnoserGroup {
     unanswered: BTreeMap<u64, (usize, usize, ModuleName, StateQuestion)>,
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
-    identify: Option<Identify>,
-    without: Option<FaultKind>,
+    identify: Option<fn(&Excerpt) -> IdentificationResult>,
 }
 
 impl DiagnoserGroup {
@@ -134,7 +130,6 @@ impl DiagnoserGroup {
             asked: 0,
             unanswered: BTreeMap::new(),
             identify: None,
-            without: None,
         })
     }
 
@@ -167,15 +162,13 @@ impl DiagnoserGroup {
         }
     }
 
-    /// Enables identification of faults: their kind and size, which takes milliseconds each time. A kind may be left out, as
-    /// one that nobody has thought of.
-    pub fn identify(&mut self, without: Option<FaultKind>) {
-        self.without = without;
+    /// Enables identification of faults: their kind and size, which takes milliseconds each time.
+    pub fn identify(&mut self) {
         self.identify_by(identify);
     }
 
     /// Likewise with another function.
-    pub fn identify_by(&mut self, identify: Identify) {
+    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
         self.identify = Some(identify);
     }
 
@@ -254,7 +247,7 @@ impl DiagnoserGroup {
             }
             Action::Identify(excerpt) => {
                 if let Some(identify) = self.identify {
-                    let identification = Box::new(identify(&excerpt, self.without));
+                    let identification = Box::new(identify(&excerpt));
                     self.occurrences.push(RigEvent::Identified { module, identification });
                 }
                 None

@@ -2,15 +2,13 @@
 
 use std::collections::VecDeque;
 
+use diagnosis::identification::{Excerpt, IdentificationResult};
 use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
-use vocabulary::{
-    Change, Component, ComponentPath, ModuleName, RunId, Step,
-    fault::{Fault, FaultKind},
-};
+use vocabulary::{Change, Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
 
-use crate::group::{DiagnoserGroup, GroupError, Identify, RigEvent};
+use crate::group::{DiagnoserGroup, GroupError, RigEvent};
 
 /// A fault in a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -171,13 +169,13 @@ impl Rig {
         Ok(())
     }
 
-    /// Enables identification of faults, see [`DiagnoserGroup::identify`].
-    pub fn identify(&mut self, without: Option<FaultKind>) {
-        self.group.identify(without);
+    /// Enables identification of faults: their kind and size, which takes milliseconds each time.
+    pub fn identify(&mut self) {
+        self.group.identify();
     }
 
     /// Likewise with another function.
-    pub fn identify_by(&mut self, identify: Identify) {
+    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
         self.group.identify_by(identify);
     }
 

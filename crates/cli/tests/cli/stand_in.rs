@@ -372,7 +372,7 @@ pub(crate) fn identification(
 pub(crate) fn bias(probability: f64) -> Candidate {
     let (value, low, high) = (45.1e-6, 44.8e-6, 45.4e-6);
     let size = Some(FaultSize { value, low, high });
-    Candidate { kind: vocabulary::fault::FaultKind::Bias.into(), probability, size }
+    Candidate { kind: vocabulary::fault::FaultKind::Bias, probability, size }
 }
 
 /// A transition with everything that a fault has.

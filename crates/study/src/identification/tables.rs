@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vocabulary::{IdentifiedKind, fault::FaultKind};
+use vocabulary::fault::FaultKind;
 
 use super::tally::{IdentificationSummary, KindRow, Right, SituationRow, Sizing, UndecidedBySize};
 use crate::report::{Table, interval, percent};
@@ -43,7 +43,7 @@ fn situations(tally: &IdentificationSummary) -> Table {
 }
 
 fn sizes(tally: &IdentificationSummary) -> Table {
-    let row = |when: &str, (kind, sizing): (&IdentifiedKind, &Sizing)| {
+    let row = |when: &str, (kind, sizing): (&FaultKind, &Sizing)| {
         vec![
             kind.words().to_owned(),
             when.to_owned(),
@@ -68,7 +68,7 @@ fn sizes(tally: &IdentificationSummary) -> Table {
 }
 
 fn undecided(tally: &IdentificationSummary) -> Table {
-    let row = |kind: IdentifiedKind, range: &UndecidedBySize| {
+    let row = |kind: FaultKind, range: &UndecidedBySize| {
         let sizes = format!("{} to {}", range.from, range.to);
         let counts = [range.named].into_iter().chain(range.undecided);
         let cells = [kind.words().to_owned(), sizes].into_iter();
@@ -84,16 +84,14 @@ fn undecided(tally: &IdentificationSummary) -> Table {
 }
 
 /// A row for each true kind, a column for each stated kind.
-fn confusion(title: &str, rows: &BTreeMap<IdentifiedKind, KindRow>) -> Table {
-    let known = FaultKind::ALL.map(IdentifiedKind::Known);
-    let taken: Vec<IdentifiedKind> = known
+fn confusion(title: &str, rows: &BTreeMap<FaultKind, KindRow>) -> Table {
+    let taken: Vec<FaultKind> = FaultKind::ALL
         .into_iter()
-        .chain([IdentifiedKind::NoneOfThese])
         .filter(|kind| rows.values().any(|row| row.decided.contains_key(kind)))
         .collect();
     let mut heading = vec!["", "faults", "not named", "undecided"];
     heading.extend(taken.iter().map(|kind| kind.words()));
-    let row = |(kind, row): (&IdentifiedKind, &KindRow)| {
+    let row = |(kind, row): (&FaultKind, &KindRow)| {
         let counts = [row.cases, row.not_named, row.undecided].map(|count| count.to_string());
         let taken =
             taken.iter().map(|kind| row.decided.get(kind).map_or_else(String::new, u64::to_string));

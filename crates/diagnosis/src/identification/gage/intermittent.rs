@@ -7,7 +7,7 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use vocabulary::{IdentifiedKind, fault::FaultKind};
+use vocabulary::fault::FaultKind;
 
 use super::log_density;
 use super::record::{GagePoint, GageRecord, Onset, Wandering};
@@ -27,7 +27,7 @@ const ROUNDS: usize = 3;
 const HOPELESS: f64 = 300.0;
 
 pub(super) const HYPOTHESIS: Hypothesis<GageRecord> = Hypothesis {
-    kind: IdentifiedKind::Known(FaultKind::Intermittent),
+    kind: FaultKind::Intermittent,
     prior: 0.5,
     weigh: |record| {
         let likeliest = Cell::new(f64::NEG_INFINITY);
@@ -71,8 +71,12 @@ fn weigh(record: &GageRecord, onset: &Onset, wandering: &Wandering, least: f64) 
     let variance = uncertain + record.noise_m2 / passed.open.max(1.0);
     // Laplace's approximation of the integral over the offset.
     let integral = log_density(offset, record.own_noise_m2.sqrt()) + 0.5 * (TAU * variance).ln();
-    let log_likelihood = before.log_likelihood() + passed.log_likelihood + integral;
-    Some(Weighed { mean: offset, variance, ..Weighed::of(log_likelihood) })
+    Some(Weighed {
+        log_likelihood: before.log_likelihood() + passed.log_likelihood + integral,
+        mean: offset,
+        variance,
+        place: 0,
+    })
 }
 
 /// A contact, and what the gage reads too much while it is open.

@@ -1,28 +1,18 @@
-//! What can be wrong with a gage. Small hypotheses stand here; an intermittent contact, and what no kind explains, have
-//! files of their own.
+//! What can be wrong with a gage. Small hypotheses stand here; an intermittent contact has a file of its own.
 
 mod intermittent;
-mod process;
 pub(super) mod record;
 
-use vocabulary::{FaultSize, IdentifiedKind::Known, SignaturePoint, fault::FaultKind};
+use vocabulary::{FaultSize, fault::FaultKind};
 
-use self::record::{GagePoint, GageRecord, Onset, Wandering};
+use self::record::{GagePoint, GageRecord, Onset};
 use super::Hypothesis;
 use super::level::{LevelFilter, Prior, Weighed, deviance};
 use super::mixture::Mixture;
 
 /// All of them.
-pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 8] = [
-    BIAS,
-    DRIFT,
-    GAIN,
-    intermittent::HYPOTHESIS,
-    ZERO_OUTPUT,
-    STUCK,
-    RANDOM_WALK,
-    process::HYPOTHESIS,
-];
+pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 7] =
+    [BIAS, DRIFT, GAIN, intermittent::HYPOTHESIS, ZERO_OUTPUT, STUCK, RANDOM_WALK];
 
 /// By how much a size may be wrong beyond what noise and wandering make of it, as a share of it: the controller moves the
 /// structure by what a faulty gage reads, and how the others follow that is known from the model and the strokes, within a
@@ -46,34 +36,40 @@ const RATIO: f64 = 1.06;
 
 /// It reads a constant amount too much: a step at the onset \[m\], from its own noise to ten thousand times that.
 const BIAS: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::Bias),
+    kind: FaultKind::Bias,
     prior: 1.0,
     weigh: |record| {
-        let cases = displacement(record, GagePoint::share_after, &[1.0]);
-        let (cases, size) = cases.sized(|size| OF_CONTROLLER * size);
-        (process::not_quite(record, cases, bias_m), size)
+        let share = GagePoint::share_after;
+        displacement(record, share, &[1.0]).sized(|size| OF_CONTROLLER * size)
     },
-    show: |record, best| departed(record, best, bias_m),
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            level_m + best.mean * point.share_after(onset.at_s)
+        })
+    },
 };
 
 /// Its offset grows steadily: a ramp from the onset on \[m/s\], by its own noise in a hundred seconds, up to ten thousand
 /// times its noise in a second.
 const DRIFT: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::Drift),
+    kind: FaultKind::Drift,
     prior: 1.0,
     weigh: |record| {
         let cases = displacement(record, GagePoint::time_after_s, &[0.01, 1.0]);
         let age_s = cases.likeliest().map_or(0.0, |best| record.age_s(&best));
-        let (cases, size) = cases.sized(|size| OF_CONTROLLER * size / age_s.max(1.0));
-        (process::not_quite(record, cases, drift_m), size)
+        cases.sized(|size| OF_CONTROLLER * size / age_s.max(1.0))
     },
-    show: |record, best| departed(record, best, drift_m),
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            level_m + best.mean * point.time_after_s(onset.at_s)
+        })
+    },
 };
 
 /// Its reading is multiplied by a factor: the error is proportional to the elongation that the other gages predict. A part
 /// of the structure that has become softer has the same effect, with a gain above one.
 const GAIN: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::Gain),
+    kind: FaultKind::Gain,
     prior: 1.0,
     weigh: |record| {
         let cases = record.over_onsets(|onset, wandering| {
@@ -86,15 +82,19 @@ const GAIN: Hypothesis<GageRecord> = Hypothesis {
             let weighed = priors.filter_map(|prior| filter.weigh(&[prior]));
             weighed.map(|case| Weighed { mean: 1.0 + case.mean, ..case }).collect()
         });
-        let (cases, size) = cases.sized(|gain| OF_EXPECTED * (gain - 1.0));
-        (process::not_quite(record, cases, gain_m), size)
+        cases.sized(|gain| OF_EXPECTED * (gain - 1.0))
     },
-    show: |record, best| departed(record, best, gain_m),
+    show: |record, best| {
+        record.signature(best, |point, onset, level_m| {
+            let healthy_m = point.expected_m + level_m;
+            level_m + (best.mean - 1.0) * healthy_m * point.share_after(onset.at_s)
+        })
+    },
 };
 
 /// It reads zero, noise apart, whatever the others say.
 const ZERO_OUTPUT: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::ZeroOutput),
+    kind: FaultKind::ZeroOutput,
     prior: 1.0,
     weigh: |record| {
         let deviances = record.own_deviances(|point| point.reading_m);
@@ -105,7 +105,7 @@ const ZERO_OUTPUT: Hypothesis<GageRecord> = Hypothesis {
 
 /// It repeats its last reading.
 const STUCK: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::Stuck),
+    kind: FaultKind::Stuck,
     prior: 1.0,
     weigh: |record| (without_size(record, |onset| held(record, onset)), None),
     show: |record, best| {
@@ -117,46 +117,26 @@ const STUCK: Hypothesis<GageRecord> = Hypothesis {
 
 /// Its offset wanders: from the onset on each step adds a normal increment \[m per step\].
 const RANDOM_WALK: Hypothesis<GageRecord> = Hypothesis {
-    kind: Known(FaultKind::RandomWalk),
+    kind: FaultKind::RandomWalk,
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
         let wandering = record.likeliest_wandering();
         let cases = record.over_onsets_with(wandering, |onset, wandering| {
-            let weigh = |increment: &f64| walk(record, onset, wandering, increment * unit);
+            let before = wandering.before(onset);
+            let weigh = |increment: &f64| walk(record, onset, before, increment * unit);
             INCREMENTS.iter().map(weigh).collect()
         });
         let size = wandering.first().zip(cases.likeliest()).and_then(|(wandering, likeliest)| {
             let onset = &record.onsets[likeliest.place];
-            increment(|increment| walk(record, onset, wandering, increment), likeliest.mean)
+            let before = wandering.before(onset);
+            increment(|increment| walk(record, onset, before, increment), likeliest.mean)
         });
         (cases, size)
     },
     // It goes anywhere.
     show: |record, best| record.signature(best, |point, _, _| point.off_m),
 };
-
-/// By how much a size displaces a point \[m\], given the onset and how much the gage read too much before it.
-type Displaced = fn(&GagePoint, &Onset, f64, f64) -> f64;
-
-fn bias_m(point: &GagePoint, onset: &Onset, _: f64, offset_m: f64) -> f64 {
-    offset_m * point.share_after(onset.at_s)
-}
-
-fn drift_m(point: &GagePoint, onset: &Onset, _: f64, drift_m_per_s: f64) -> f64 {
-    drift_m_per_s * point.time_after_s(onset.at_s)
-}
-
-fn gain_m(point: &GagePoint, onset: &Onset, level_m: f64, gain: f64) -> f64 {
-    (gain - 1.0) * (point.expected_m + level_m) * point.share_after(onset.at_s)
-}
-
-/// The signature of what displaces all points from the onset on.
-fn departed(record: &GageRecord, best: &Weighed, displaced: Displaced) -> Vec<SignaturePoint> {
-    record.signature(best, |point, onset, level_m| {
-        level_m + displaced(point, onset, level_m, best.mean)
-    })
-}
 
 /// What is displaced from the onset on, in proportion to a regressor of each point and the onset's time \[s\]; the units of
 /// its scales are these multiples of the gage's own noise.
@@ -190,7 +170,7 @@ fn log_density(displacement: f64, unit: f64) -> f64 {
 fn without_size(record: &GageRecord, deviance: impl Fn(&Onset) -> f64) -> Mixture {
     record.over_onsets(|onset, wandering| {
         let log_likelihood = wandering.before(onset).log_likelihood() - 0.5 * deviance(onset);
-        vec![Weighed::of(log_likelihood)]
+        vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0, place: 0 }]
     })
 }
 
@@ -215,8 +195,11 @@ fn increment(weigh: impl Fn(f64) -> Weighed, about_m: f64) -> Option<FaultSize> 
     near.size()
 }
 
-fn walk(record: &GageRecord, onset: &Onset, wandering: &Wandering, increment_m: f64) -> Weighed {
+fn walk(record: &GageRecord, onset: &Onset, before: &LevelFilter<0>, increment_m: f64) -> Weighed {
+    let mut level = before.clone();
     let per_s = increment_m * increment_m / record.step_s;
-    let log_likelihood = record.wandered(onset, wandering, per_s, |point| point.off_m);
-    Weighed { mean: increment_m, ..Weighed::of(log_likelihood) }
+    for (place, point) in record.points.iter().enumerate().skip(onset.first) {
+        level.take(point.off_m, record.walked(place, per_s), record.noise_m2 / point.count, []);
+    }
+    Weighed { log_likelihood: level.log_likelihood(), mean: increment_m, variance: 0.0, place: 0 }
 }
