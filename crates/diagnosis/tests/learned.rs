@@ -270,6 +270,61 @@ fn what_cannot_be_learnt_is_refused_with_its_name() {
     assert!(matches!(error, LearningError::TooShort { .. }), "{error}");
 }
 
+/// So many channels that follow a few causes, with a zero of each recording; the first half are sensors.
+fn of_many_channels(seed: u64, channels: usize, windows: usize) -> HealthyRecording {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut generator) };
+    let level = [normal(), normal(), normal(), normal()];
+    let mut causes = [0.0; 4];
+    let mut wander: Vec<f64> = (0..channels).map(|_| 0.02 * normal()).collect();
+    let mut readings = vec![Vec::new(); channels];
+    for _ in 0..windows {
+        causes.iter_mut().for_each(|cause| *cause = 0.9 * *cause + 0.2 * normal());
+        for (k, channel) in readings.iter_mut().enumerate() {
+            let of_causes =
+                (0..4).map(|c| (level[c] + causes[c]) * ((3 * k + c * c + 1) as f64).sin());
+            wander[k] += 0.005 * normal();
+            channel.push(of_causes.sum::<f64>() + wander[k] + 0.02 * normal());
+        }
+    }
+    HealthyRecording { name: format!("run{seed}"), step_s: 1.0, channels: readings }
+}
+
+/// With few windows for the channels a fit follows each window, and what it has not seen it misses by far.
+#[test]
+fn healthy_recordings_of_few_windows_and_many_channels_are_no_faulty_ones() {
+    const MANY: usize = 32;
+    let names: Vec<String> = (0..MANY).map(|k| format!("c{k}")).collect();
+    let learn = |recordings: &[HealthyRecording]| {
+        learn(recordings, &names, MANY / 2, LearningSettings::default())
+    };
+    let (mut alarms, mut judged_s) = (0, 0.0);
+    for set in 0..5 {
+        let recordings: Vec<_> =
+            (0..20).map(|k| of_many_channels(100 * set + k, MANY, 40)).collect();
+        let found = learn(&recordings).unwrap();
+        assert_eq!(found.cleaned, [], "set {set}");
+        for other in 20..60 {
+            let (verdicts, _) =
+                judged(&found.module, &of_many_channels(100 * set + other, MANY, 40));
+            alarms += named(&verdicts, ChannelState::Faulty).len();
+            judged_s += 40.0;
+        }
+        // A fault in as short a recording is told.
+        let mut broken = recordings;
+        broken[3].channels[20][17] += 1.0;
+        let Err(error) = learn(&broken) else { panic!("set {set}") };
+        let LearningError::Unclean { recording, channel, .. } = &error else { panic!("{error}") };
+        assert_eq!((recording, channel), (&broken[3].name, &names[20]));
+    }
+    assert_eq!(alarms, 0, "in {judged_s} s");
+    let few: Vec<_> = (0..2).map(|k| of_many_channels(k, MANY, 40)).collect();
+    let error = learn(&few).unwrap_err().to_string();
+    let said = "2 recordings have together 80 complete windows of 1 s; 32 channels need at least 96: use longer \
+                recordings or more of them, or at most 26 channels";
+    assert_eq!(error, said);
+}
+
 #[test]
 fn few_recordings_teach_a_blunter_module() {
     for count in [1, 2] {
