@@ -10,6 +10,7 @@ use crate::event::{Action, Handling};
 use crate::identification::{
     CylinderSeries, CylinderStep, Excerpt, FaultOnset, GageSeries, GageStep, MeasuredSeries, Prior,
 };
+use crate::learned_channels::LearnedChannels;
 use crate::ledger::Ledger;
 use crate::recent::Row;
 use crate::residual::NominalHydraulics;
@@ -96,8 +97,7 @@ impl Identifying {
     pub(crate) fn new(setup: &ModuleSetup) -> Self {
         let layout = ChannelLayout::of(setup);
         let noise = setup.prior_scatters().iter().map(|variance| variance.sqrt()).collect();
-        // What a learned module finds is not identified by residuals.
-        let channels = if setup.learned.is_some() { 0 } else { layout.channels() };
+        let channels = layout.channels();
         Self {
             faulty: vec![None; channels],
             known: vec![0; channels],
@@ -143,11 +143,13 @@ impl Identifying {
             if let Some(due) = due.filter(|due| *due <= now) {
                 let until = self.shown_until(channel, due, comparing.condition(channel));
                 // The steps around the onset are kept in any case.
-                let ends = (due, until.unwrap_or(due));
+                // A learned module's windows are whole, and none is taken in which the fault may have gone.
+                let shown = until.filter(|_| channels.learned().is_none());
+                let ends = (due, shown.unwrap_or(due));
                 let excerpt = self.excerpt(channel, run, ends, channels, ledger);
                 let excerpt = excerpt.filter(|_| until.is_some());
                 handling.actions.extend(excerpt.map(|excerpt| Action::Identify(Box::new(excerpt))));
-                self.postpone(channel, due, until);
+                self.postpone(channel, due, until, channels);
             }
         }
     }
@@ -199,9 +201,11 @@ impl Identifying {
         }
     }
 
-    fn postpone(&mut self, channel: usize, due: Step, until: Option<Step>) {
-        let second = self.sampling.steps(1.0);
-        let soon = self.sampling.steps(EVERY_SECOND_FOR_S);
+    fn postpone(&mut self, channel: usize, due: Step, until: Option<Step>, channels: &Channels) {
+        // Of a learned module nothing more is known before the next window, however long it is.
+        let window = channels.learned().map_or(0, LearnedChannels::window_steps);
+        let second = self.sampling.steps(1.0).max(window);
+        let soon = self.sampling.steps(EVERY_SECOND_FOR_S).max(EVERY_SECOND_FOR_S as u64 * window);
         let stages = STAGES_S.map(|stage| self.sampling.steps(stage));
         let is_cylinder = self.layout.gage(channel).is_none();
         let Some(seen) = self.faulty[channel].as_ref().map(|fault| fault.seen) else { return };
@@ -232,10 +236,11 @@ impl Identifying {
         ledger: &Ledger,
     ) -> Option<Excerpt> {
         let has_signal = self.faulty[channel].as_ref()?.has_signal;
-        let measured = match self.layout.gage(channel) {
+        let measured = match (channels.learned(), self.layout.gage(channel)) {
             _ if !has_signal => MeasuredSeries::Nothing,
-            None => self.cylinder(channel, (as_of, until), channels)?,
-            Some(gage) => self.gage((channel, gage), (as_of, until), channels, ledger)?,
+            (Some(learned), _) => MeasuredSeries::Displaced(learned.displaced(channel)?),
+            (None, None) => self.cylinder(channel, (as_of, until), channels)?,
+            (None, Some(gage)) => self.gage((channel, gage), (as_of, until), channels, ledger)?,
         };
         let fault = self.faulty[channel].as_ref()?;
         Some(Excerpt {
@@ -401,6 +406,9 @@ impl Identifying {
     /// How the gages moved together before the onset.
     fn learnt(&self, seen: FaultOnset, channels: &Channels) -> Option<Gaussian> {
         let FaultOnset::Change { onset, .. } = seen else { return None };
+        if channels.learned().is_some() {
+            return None;
+        }
         let from = onset.minus(self.sampling.steps(LEARN_S));
         let before = onset.minus(self.sampling.steps(BEFORE_S));
         let rows: Vec<Vec<f64>> = channels

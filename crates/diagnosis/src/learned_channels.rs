@@ -5,7 +5,7 @@ use vocabulary::{Condition, Evidence, Obstacle, Step};
 use crate::channels::Occurrence;
 use crate::sample::{Measurements, Signal};
 use crate::settings::ModuleSetup;
-use crate::state::learned::{ChannelState, LearnedJudge, LearnedModule};
+use crate::state::learned::{ChannelState, DisplacedChannel, LearnedJudge, LearnedModule};
 
 /// Windows from which on every channel is watched: either test needs two, one after the other.
 const WATCHING: u64 = 2;
@@ -120,6 +120,16 @@ impl LearnedChannels {
         if is_new {
             occurrences.push((channel, occurrence));
         }
+    }
+
+    /// What tells the kind of a channel's fault.
+    pub(crate) fn displaced(&self, channel: usize) -> Option<DisplacedChannel> {
+        self.judge.displaced(channel)
+    }
+
+    /// Steps of a window.
+    pub(crate) fn window_steps(&self) -> u64 {
+        self.judge.per_window()
     }
 
     /// Is every channel compared?

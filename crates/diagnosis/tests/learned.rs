@@ -3,16 +3,18 @@
 use std::sync::Arc;
 
 use crate::fixture;
+use diagnosis::identification::{IdentificationResult, identify};
 use diagnosis::messages::{Speaker, from_diagnoser, setup_fingerprint, to_diagnoser, to_setup};
 use diagnosis::state::learned::{
-    ChannelState, ChannelSummary, ChannelVerdict, DisplacementKind, HealthyRecording, LearnedJudge,
-    LearnedModule, LearningError, LearningSettings, Learnt, learn,
+    ChannelState, ChannelSummary, ChannelVerdict, HealthyRecording, LearnedJudge, LearnedModule,
+    LearningError, LearningSettings, Learnt, learn,
 };
 use diagnosis::state::{Condition, Obstacle};
 use diagnosis::{Action, Diagnoser, Event, Measurements, ModuleSetup, OrderToken, Transition};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use vocabulary::fault::FaultKind;
 use vocabulary::{
     GivenOrder, GivenOrderKind, ModulePhase, RunId, StatePart, Step, Symptom, Verdict,
 };
@@ -138,13 +140,16 @@ fn faults_of_every_kind_are_named_with_their_sizes() {
             if what == "drift" && channel < SENSORS {
                 let fault = verdicts.iter().find_map(|v| v.fault).unwrap();
                 let per_s = 0.5 * range / (5.0 * 60.0);
-                assert_eq!(fault.kind, DisplacementKind::Drift, "{channel}: {fault:?}");
-                assert!((fault.size / per_s - 1.0).abs() < 0.1, "{channel}: {fault:?}");
+                assert_eq!(fault.kind, FaultKind::Drift, "{channel}: {fault:?}");
+                assert!((fault.size.value / per_s - 1.0).abs() < 0.1, "{channel}: {fault:?}");
             }
             if what == "jump" {
                 let fault = verdicts.iter().find_map(|v| v.fault).unwrap();
-                assert_eq!(fault.kind, DisplacementKind::Bias, "{channel}: {fault:?}");
-                assert!((fault.size / (0.1 * range) - 1.0).abs() < 0.2, "{channel}: {fault:?}");
+                assert_eq!(fault.kind, FaultKind::Bias, "{channel}: {fault:?}");
+                assert!(
+                    (fault.size.value / (0.1 * range) - 1.0).abs() < 0.2,
+                    "{channel}: {fault:?}"
+                );
             }
         }
     }
@@ -270,6 +275,61 @@ fn what_cannot_be_learnt_is_refused_with_its_name() {
     assert!(matches!(error, LearningError::TooShort { .. }), "{error}");
 }
 
+/// So many channels that follow a few causes, with a zero of each recording; the first half are sensors.
+fn of_many_channels(seed: u64, channels: usize, windows: usize) -> HealthyRecording {
+    let mut generator = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || -> f64 { StandardNormal.sample(&mut generator) };
+    let level = [normal(), normal(), normal(), normal()];
+    let mut causes = [0.0; 4];
+    let mut wander: Vec<f64> = (0..channels).map(|_| 0.02 * normal()).collect();
+    let mut readings = vec![Vec::new(); channels];
+    for _ in 0..windows {
+        causes.iter_mut().for_each(|cause| *cause = 0.9 * *cause + 0.2 * normal());
+        for (k, channel) in readings.iter_mut().enumerate() {
+            let of_causes =
+                (0..4).map(|c| (level[c] + causes[c]) * ((3 * k + c * c + 1) as f64).sin());
+            wander[k] += 0.005 * normal();
+            channel.push(of_causes.sum::<f64>() + wander[k] + 0.02 * normal());
+        }
+    }
+    HealthyRecording { name: format!("run{seed}"), step_s: 1.0, channels: readings }
+}
+
+/// With few windows for the channels a fit follows each window, and what it has not seen it misses by far.
+#[test]
+fn healthy_recordings_of_few_windows_and_many_channels_are_no_faulty_ones() {
+    const MANY: usize = 32;
+    let names: Vec<String> = (0..MANY).map(|k| format!("c{k}")).collect();
+    let learn = |recordings: &[HealthyRecording]| {
+        learn(recordings, &names, MANY / 2, LearningSettings::default())
+    };
+    let (mut alarms, mut judged_s) = (0, 0.0);
+    for set in 0..5 {
+        let recordings: Vec<_> =
+            (0..20).map(|k| of_many_channels(100 * set + k, MANY, 40)).collect();
+        let found = learn(&recordings).unwrap();
+        assert_eq!(found.cleaned, [], "set {set}");
+        for other in 20..60 {
+            let (verdicts, _) =
+                judged(&found.module, &of_many_channels(100 * set + other, MANY, 40));
+            alarms += named(&verdicts, ChannelState::Faulty).len();
+            judged_s += 40.0;
+        }
+        // A fault in as short a recording is told.
+        let mut broken = recordings;
+        broken[3].channels[20][17] += 1.0;
+        let Err(error) = learn(&broken) else { panic!("set {set}") };
+        let LearningError::Unclean { recording, channel, .. } = &error else { panic!("{error}") };
+        assert_eq!((recording, channel), (&broken[3].name, &names[20]));
+    }
+    assert_eq!(alarms, 0, "in {judged_s} s");
+    let few: Vec<_> = (0..2).map(|k| of_many_channels(k, MANY, 40)).collect();
+    let error = learn(&few).unwrap_err().to_string();
+    let said = "2 recordings have together 80 complete windows of 1 s; 32 channels need at least 96: use longer \
+                recordings or more of them, or at most 26 channels";
+    assert_eq!(error, said);
+}
+
 #[test]
 fn few_recordings_teach_a_blunter_module() {
     for count in [1, 2] {
@@ -320,6 +380,14 @@ impl Live {
             _ => None,
         });
         published.collect()
+    }
+
+    fn identifications(&self) -> Vec<IdentificationResult> {
+        let requested = self.actions.iter().filter_map(|action| match action {
+            Action::Identify(excerpt) => Some(identify(excerpt)),
+            _ => None,
+        });
+        requested.collect()
     }
 
     fn condition(&self, channel: usize) -> &Condition {
@@ -379,6 +447,61 @@ fn a_learned_module_latches_what_it_finds_at_once_and_follows_commands() {
     let story: Vec<_> = live.transitions().iter().map(|t| t.verdict.as_str()).collect();
     assert_eq!(story, ["latched", "acknowledged", "normal", "latched"]);
     assert!(matches!(live.condition(4), Condition::Agrees { .. }), "{:?}", live.condition(4));
+}
+
+/// As `detect` says of a recording that ends there.
+#[test]
+fn a_learned_module_identifies_what_it_latches() {
+    let module = learnt(&healthy()).module;
+    let (onset, rate) = (8 * MINUTE, 0.02);
+    let drifting = |mut one: HealthyRecording| {
+        for (k, value) in one.channels[2].iter_mut().skip(onset).enumerate() {
+            *value += rate * k as f64;
+        }
+        one
+    };
+    let stuck = |mut one: HealthyRecording| {
+        one.channels[2][onset..].fill(20.0);
+        one
+    };
+    let healthy = recording(31, 24, 95.0);
+    let per_s = rate / STEP_S;
+    for (broken, kind, size) in [
+        (troubled(), FaultKind::Bias, Some(30.0)),
+        (drifting(healthy.clone()), FaultKind::Drift, Some(per_s)),
+        (stuck(healthy), FaultKind::Stuck, None),
+    ] {
+        let mut live = Live::new(module.clone());
+        live.take(&broken, 0..12 * MINUTE);
+        let found = live.identifications();
+        let latched = live.transitions()[0].clone();
+        let own: Vec<_> = found.iter().filter(|f| f.component == latched.component).collect();
+        assert!(own.len() > 5, "{kind}: {own:?}");
+        assert!(own.iter().all(|found| found.sequence == latched.sequence));
+        assert!(own[0].as_of.0 <= latched.decided.0 + 10, "{:?} {latched:?}", own[0]);
+        let last = own.last().unwrap();
+        let [candidate] = last.candidates[..] else { panic!("{last:?}") };
+        assert_eq!((candidate.kind, candidate.size.is_some()), (kind, size.is_some()), "{last:?}");
+        if let (Some(found), Some(size)) = (candidate.size, size) {
+            assert!(found.own_unit && found.low < size && size < found.high, "{kind}: {found:?}");
+        }
+        let detected = |until: usize| {
+            let mut of = broken.clone();
+            of.channels.iter_mut().for_each(|channel| channel.truncate(until));
+            judged(&module, &of)
+                .0
+                .into_iter()
+                .find_map(|v| v.fault.filter(|_| v.channel == Some(2)))
+        };
+        let fault = detected((last.as_of.0 - 1000) as usize + 1).unwrap();
+        assert_eq!((fault.kind, fault.decided), (kind, last.decided().is_some()), "{fault:?}");
+        assert!(candidate.size.is_none_or(|size| size == fault.size), "{fault:?} {last:?}");
+    }
+    let mut live = Live::new(module);
+    live.take(&troubled(), 0..19 * MINUTE);
+    let lost = live.identifications().into_iter().next_back().unwrap();
+    assert_eq!(lost.component.to_string(), "sensor/s5");
+    assert_eq!(lost.candidates[0].kind, FaultKind::NoSignal);
 }
 
 #[test]

@@ -235,7 +235,8 @@ mod tests {
         use super::*;
 
         fn identification(decided: bool, kinds: &[&str], size: Option<[f64; 3]>) -> Identification {
-            let size = size.map(|[low, value, high]| FaultSize { value, low, high });
+            let size =
+                size.map(|[low, value, high]| FaultSize { value, low, high, own_unit: false });
             let candidate = |kind: &&str| Candidate {
                 kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
                 probability: 0.5,

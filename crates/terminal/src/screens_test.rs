@@ -59,7 +59,7 @@ fn agreeing(component: &str) -> FaultTransition {
 }
 
 fn bias() -> Identification {
-    let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5 };
+    let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5, own_unit: false };
     let bias = Candidate {
         kind: vocabulary::fault::FaultKind::Bias,
         probability: 0.987,

@@ -47,7 +47,7 @@ pub struct Candidate {
     pub size: Option<FaultSize>,
 }
 
-/// How large a fault is, with its 95 % interval, in the unit of its kind ([`FaultKind::size_unit`]).
+/// How large a fault is, with its 95 % interval, in the unit of its kind ([`FaultKind::size_unit`]) unless it says otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FaultSize {
     /// The centre of the interval.
@@ -56,6 +56,9 @@ pub struct FaultSize {
     pub low: f64,
     /// It is more than this with a probability of 2.5 %.
     pub high: f64,
+    /// It is in the unit of the channel's readings, of a drift in that per second: a learned module knows no units.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub own_unit: bool,
 }
 
 /// What was measured of a fault, and what the most probable kind makes of it.

@@ -245,7 +245,7 @@ const EVIDENCE: Evidence = Evidence {
 };
 
 fn identification() -> Identification {
-    let size = FaultSize { value: 4.5e-5, low: -4.4e-5, high: 4.6e-5 };
+    let size = FaultSize { value: 4.5e-5, low: -4.4e-5, high: 4.6e-5, own_unit: false };
     let candidate = |kind, size| Candidate { kind, probability: 0.5, size };
     let point = SignaturePoint { step: Step(40), measured: -1e-300, fitted: 0.1 };
     Identification {

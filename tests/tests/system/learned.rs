@@ -14,7 +14,8 @@ use system_tests::operate::ended;
 use system_tests::process::Process;
 use system_tests::recorder::Recorder;
 use system_tests::turn;
-use vocabulary::{FaultState, FaultTransition, RunId, Sample, Step, Symptom};
+use vocabulary::fault::FaultKind;
+use vocabulary::{FaultState, FaultTransition, Identification, RunId, Sample, Step, Symptom};
 use zenoh::qos::CongestionControl;
 
 /// Readings a second, and how many.
@@ -107,6 +108,8 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
     };
     in_time("the links to diagnoser and recorder", linked).await;
     let faults = client.declare_subscriber("trusswatch/bridge/span/fault/**").await.unwrap();
+    let identifications = "trusswatch/bridge/span/identification/**";
+    let identifications = client.declare_subscriber(identifications).await.unwrap();
     let publisher = client.declare_publisher("trusswatch/bridge/span/sample");
     let publisher = publisher.congestion_control(CongestionControl::Block).await.unwrap();
     for sample in 0..SAMPLES {
@@ -134,6 +137,26 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
     command.args(["faults", "--mode", "peer", "--timeout", "30", "--connect", &endpoint]);
     let told = ended(command).await;
     assert!(told.out.contains("s3") && told.out.contains("too large by"), "{told:?}");
+    let identified = async {
+        loop {
+            let found = identifications.recv_async().await.unwrap();
+            let found: Identification = vocabulary::decode(&found.payload().to_bytes()).unwrap();
+            if found.decided {
+                return found;
+            }
+        }
+    };
+    let found = in_time("an identification", identified).await;
+    assert_eq!((found.component, found.sequence), (fault.component, fault.sequence));
+    let decided = found.candidates[0];
+    let size = decided.size.unwrap();
+    assert!(decided.kind == FaultKind::Bias && size.own_unit, "{decided:?}");
+    assert!(size.low < 15.0 && 15.0 < size.high, "{decided:?}");
+    let mut command = program("trusswatch");
+    command.args(["fault", "show", "span/sensor/s3", "--mode", "peer", "--timeout", "30"]);
+    command.args(["--connect", &endpoint]);
+    let told = ended(command).await;
+    assert!(told.out.contains("bias") && !told.out.contains("µm"), "{told:?}");
     diagnoser.stop().await;
     recorder.end().await;
     let replayed = recorder.replay(&["--verify", "--json"]).await;
@@ -143,4 +166,5 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
         (process["samples"].as_u64(), process["verdicts_same"].as_u64()),
         (Some(1500), Some(1))
     );
+    assert!(process["identifications_same"].as_u64() >= Some(1), "{process}");
 }

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
-    ChannelSummary, ChannelVerdict, DisplacementKind, FittedKind, LearnedChannel, LearnedJudge,
-    LearnedModule,
+    ChannelSummary, ChannelVerdict, FittedKind, LearnedChannel, LearnedJudge, LearnedModule,
 };
 use serde_json::{Map, Value, json};
 use settings::SettingsFile;
+use vocabulary::fault::FaultKind;
 
 use super::arguments::Arguments;
 use super::picture::Picture;
@@ -188,12 +188,13 @@ impl<W: Write> LearnedReport<'_, W> {
 fn fault_words(fault: &FittedKind, channel: &LearnedChannel) -> String {
     let FittedKind { kind, decided, size, expected, within } = *fault;
     let reading = |value| learn::reading(channel, value);
+    let size = size.value;
     let size = match kind {
-        DisplacementKind::Drift => format!("drift of {} per second", reading(size)),
-        DisplacementKind::Gain => format!("gain of {size:.3}"),
-        DisplacementKind::Stuck => format!("stuck, off by {} at last", reading(size)),
-        DisplacementKind::Zero => format!("zero output, off by {} at last", reading(size)),
-        DisplacementKind::Bias => format!("bias of {}", reading(size)),
+        FaultKind::Drift => format!("drift of {} per second", reading(size)),
+        FaultKind::Gain => format!("gain of {size:.3}"),
+        FaultKind::Stuck => format!("stuck, off by {} at last", reading(size)),
+        FaultKind::ZeroOutput => format!("zero output, off by {} at last", reading(size)),
+        other => format!("{} of {}", other.words(), reading(size)),
     };
     let doubt = if decided { "" } else { " (kind not decided)" };
     let (expected, within) = (reading(expected), reading(within));

@@ -112,7 +112,7 @@ mod tests {
 
     fn sized(kind: FaultKind, probability: f64, interval: [f64; 3]) -> Candidate {
         let [low, value, high] = interval;
-        let size = Some(FaultSize { value, low, high });
+        let size = Some(FaultSize { value, low, high, own_unit: false });
         Candidate { kind, probability, size }
     }
 

@@ -371,7 +371,7 @@ pub(crate) fn identification(
 /// A bias of +45.1 µm.
 pub(crate) fn bias(probability: f64) -> Candidate {
     let (value, low, high) = (45.1e-6, 44.8e-6, 45.4e-6);
-    let size = Some(FaultSize { value, low, high });
+    let size = Some(FaultSize { value, low, high, own_unit: false });
     Candidate { kind: vocabulary::fault::FaultKind::Bias, probability, size }
 }
 

@@ -6,6 +6,7 @@ use vocabulary::{Component, RunId, Step};
 
 use super::level::Prior;
 use crate::residual::NominalHydraulics;
+use crate::state::learned::DisplacedChannel;
 
 /// A request to identify a fault; [`super::identify`] answers it.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +46,8 @@ impl FaultOnset {
 pub(crate) enum MeasuredSeries {
     Gage(GageSeries),
     Cylinder(CylinderSeries),
+    /// A channel of a learned module.
+    Displaced(DisplacedChannel),
     /// No usable signal.
     Nothing,
 }

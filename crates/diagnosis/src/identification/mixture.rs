@@ -76,6 +76,11 @@ impl Mixture {
         let mean = mean_of(&|case| case.mean);
         let variance = mean_of(&|case| case.variance + (case.mean - mean).powi(2));
         let half = WITHIN_95 * variance.sqrt();
-        (variance > 0.0).then_some(FaultSize { value: mean, low: mean - half, high: mean + half })
+        (variance > 0.0).then_some(FaultSize {
+            value: mean,
+            low: mean - half,
+            high: mean + half,
+            own_unit: false,
+        })
     }
 }

@@ -5,6 +5,8 @@
 //! hypothesis says what it does to the series, how likely it is beforehand and how large it may be; what it leaves
 //! open (onset, size) is integrated out, so that a hypothesis that fits anything gains nothing by that (marginal
 //! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
+//!
+//! A channel of a learned module has no such hypotheses: its kind is fitted to what it is displaced by (`state/learned`).
 
 mod axis;
 mod cylinder;
@@ -77,6 +79,9 @@ pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
             .map(|record| weigh(&record, &gage::HYPOTHESES)),
         MeasuredSeries::Cylinder(series) => cylinder::balance::OilBalance::new(excerpt, series)
             .map(|balance| weigh(&balance, &cylinder::HYPOTHESES)),
+        MeasuredSeries::Displaced(channel) => {
+            channel.fit().map(|fitted| (vec![fitted.candidate()], Vec::new()))
+        }
         MeasuredSeries::Nothing => {
             let certain = Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None };
             Some((vec![certain], Vec::new()))
@@ -124,7 +129,7 @@ fn weigh<Series>(
 }
 
 /// Whether the interval of a size holds that of a component without a fault.
-fn may_be_healthy(kind: FaultKind, size: Option<&FaultSize>) -> bool {
+pub(crate) fn may_be_healthy(kind: FaultKind, size: Option<&FaultSize>) -> bool {
     let healthy = if kind == FaultKind::Gain { 1.0 } else { 0.0 };
     size.is_some_and(|size| (size.low..=size.high).contains(&healthy))
 }

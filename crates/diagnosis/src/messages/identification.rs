@@ -30,7 +30,7 @@ impl Speaker {
 
 /// A size that is not finite is omitted, because JSON has no infinities.
 fn writable(candidate: Candidate) -> Candidate {
-    let is_finite = |FaultSize { value, low, high }: &FaultSize| {
+    let is_finite = |FaultSize { value, low, high, .. }: &FaultSize| {
         [value, low, high].iter().all(|bound| bound.is_finite())
     };
     Candidate { size: candidate.size.filter(is_finite), ..candidate }
@@ -77,7 +77,7 @@ mod tests {
     }
 
     fn bias(probability: f64, low: f64) -> Candidate {
-        let size = Some(FaultSize { value: 4.5e-5, low, high: 4.6e-5 });
+        let size = Some(FaultSize { value: 4.5e-5, low, high: 4.6e-5, own_unit: false });
         Candidate { kind: FaultKind::Bias, probability, size }
     }
 

@@ -39,7 +39,7 @@ fn of_size(candidate: &Candidate, in_words: fn(&FaultSize, FaultKind) -> String)
 
 /// The size of a kind of fault with its interval, to as many digits as the interval has a meaning for.
 pub fn fault_size(size: &FaultSize, kind: FaultKind) -> String {
-    let (scale, _) = in_small_units(unit(kind));
+    let (scale, _) = in_small_units(unit(size, kind));
     let [low, high] = [size.low, size.high].map(|number| number * scale);
     let digits = digits(size, scale);
     format!("{} ({low:.digits$} to {high:.digits$})", middle(size, kind))
@@ -47,17 +47,21 @@ pub fn fault_size(size: &FaultSize, kind: FaultKind) -> String {
 
 /// The middle of a size alone.
 fn middle(size: &FaultSize, kind: FaultKind) -> String {
-    let (scale, small) = in_small_units(unit(kind));
+    let (scale, small) = in_small_units(unit(size, kind));
     let (value, digits) = (size.value * scale, digits(size, scale));
     // Of these the sign tells the direction; the others have none.
-    let signed = matches!(unit(kind), "m" | "m/s");
+    let signed = matches!(kind.size_unit(), Some("m" | "m/s"));
     let value = if signed { format!("{value:+.digits$}") } else { format!("{value:.digits$}") };
     if small.is_empty() { value } else { format!("{value} {small}") }
 }
 
 /// A kind without a size is given none; a peer that gives it one has given a bare number.
-fn unit(kind: FaultKind) -> &'static str {
-    kind.size_unit().unwrap_or("1")
+fn unit(size: &FaultSize, kind: FaultKind) -> &'static str {
+    match kind.size_unit() {
+        Some("m/s") if size.own_unit => "per second",
+        Some(unit) if !size.own_unit => unit,
+        _ => "1",
+    }
 }
 
 fn digits(size: &FaultSize, scale: f64) -> usize {
@@ -123,7 +127,7 @@ mod tests {
     }
 
     fn sized(kind: &str, [low, value, high]: [f64; 3]) -> Candidate {
-        let size = Some(FaultSize { value, low, high });
+        let size = Some(FaultSize { value, low, high, own_unit: false });
         Candidate { kind: FaultKind::named(kind).unwrap(), probability: 0.99, size }
     }
 
@@ -142,6 +146,18 @@ mod tests {
             ),
         ] {
             assert_eq!(candidate(&sized(kind, size)), expected);
+        }
+    }
+
+    #[test]
+    fn sizes_in_a_channel_s_own_unit_have_no_other() {
+        for (kind, size, expected) in [
+            ("bias", [14.6, 15.0, 15.4], "bias of +15.0 (14.6 to 15.4)"),
+            ("drift", [-0.12, -0.1, -0.08], "drift of -0.10 per second (-0.12 to -0.08)"),
+        ] {
+            let one = sized(kind, size);
+            let size = one.size.map(|size| FaultSize { own_unit: true, ..size });
+            assert_eq!(candidate(&Candidate { size, ..one }), expected);
         }
     }
 

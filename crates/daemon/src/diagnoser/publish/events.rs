@@ -229,8 +229,8 @@ fn tell(found: &Identification) {
 fn in_words(candidate: &Candidate) -> String {
     let Candidate { kind, size, .. } = candidate;
     match size {
-        Some(FaultSize { value, low, high }) => {
-            let unit = kind.size_unit().filter(|unit| *unit != "1");
+        Some(FaultSize { value, low, high, own_unit }) => {
+            let unit = kind.size_unit().filter(|unit| *unit != "1" && !own_unit);
             let unit = unit.map_or_else(String::new, |unit| format!(" {unit}"));
             format!("{kind}, {value:.3e}{unit} ({low:.3e} to {high:.3e})")
         }

@@ -4,6 +4,10 @@
 //! are kept, from its median and in units of its median absolute deviation. What departs is dropped, and the Gaussian
 //! fitted again.
 //!
+//! A Gaussian of few windows and many channels follows every window that it is fitted to, faults too, and misses by far
+//! those that it is not. Recordings that are so short are judged by all of them together, each channel from its mean in
+//! each recording, since its zero may differ.
+//!
 //! A fault that lasts long hides itself: in a Gaussian of all windows it is one more cause of scatter, and the residual
 //! of its channel is wide in healthy windows too. Then the Gaussian is begun with the three quarters of the windows that
 //! are nearest to it (Rousseeuw and van Driessen, *A fast algorithm for the minimum covariance determinant estimator*,
@@ -24,6 +28,9 @@ const RESOLUTION: f64 = 1e-3;
 const MARGIN: usize = 10;
 /// Share of a recording that may be dropped.
 pub(super) const MOST_DROPPED: f64 = 0.1;
+/// Windows for each channel of which a Gaussian tells faults: with these a single window, however far off, exceeds the
+/// limit beside what it adds to the residuals of the others.
+const WINDOWS_PER_CHANNEL: usize = 3;
 /// Times a Gaussian is fitted at most.
 const ROUNDS: usize = 20;
 /// Taken off each correlation, so that channels that repeat each other can be inverted.
@@ -51,15 +58,51 @@ struct Refit {
     scales: Vec<f64>,
 }
 
-/// Which windows are kept, with the channel that departs most in each of the others. `windows` are complete or not; the
-/// incomplete ones are kept, for they are no evidence.
-pub(super) fn suspects(windows: &[Vec<f64>]) -> Vec<Option<usize>> {
-    let complete: Vec<bool> = windows.iter().map(|w| w.iter().all(|x| x.is_finite())).collect();
+/// Complete windows that are needed to judge so many channels.
+pub(super) fn least_windows(channels: usize) -> usize {
+    WINDOWS_PER_CHANNEL * channels
+}
+
+/// Which windows of each recording are kept, with the channel that departs most in each of the others. Windows are
+/// complete or not; the incomplete ones are kept, for they are no evidence.
+pub(super) fn suspects(recordings: &[Vec<Vec<f64>>]) -> Vec<Vec<Option<usize>>> {
+    let is_short = |windows: &Vec<Vec<f64>>| {
+        let channels = windows.first().map_or(0, Vec::len);
+        windows.iter().filter(|window| is_complete(window)).count() < least_windows(channels)
+    };
+    let mut together: Vec<Option<usize>> = match recordings.iter().any(is_short) {
+        true => departing(
+            &recordings.iter().flat_map(|windows| from_means(windows)).collect::<Vec<_>>(),
+        ),
+        false => Vec::new(),
+    };
+    let of_recording = |windows: &Vec<Vec<f64>>| {
+        let rest = together.split_off(windows.len().min(together.len()));
+        let of_all = std::mem::replace(&mut together, rest);
+        with_margin(&if is_short(windows) { of_all } else { departing(windows) })
+    };
+    recordings.iter().map(of_recording).collect()
+}
+
+fn is_complete(window: &[f64]) -> bool {
+    window.iter().all(|x| x.is_finite())
+}
+
+/// Each channel less its mean: medians would not follow from each other as the channels do.
+fn from_means(windows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let complete: Vec<&Vec<f64>> = windows.iter().filter(|window| is_complete(window)).collect();
+    let mean = |k: usize| complete.iter().map(|w| w[k]).sum::<f64>() / complete.len() as f64;
+    let means: Vec<f64> = (0..windows.first().map_or(0, Vec::len)).map(mean).collect();
+    windows.iter().map(|w| w.iter().zip(&means).map(|(x, mean)| x - mean).collect()).collect()
+}
+
+/// The channel that departs most, in each window that does not belong to the others.
+fn departing(windows: &[Vec<f64>]) -> Vec<Option<usize>> {
+    let complete: Vec<bool> = windows.iter().map(|window| is_complete(window)).collect();
     let Some(of_all) = refit(windows, &complete, complete.clone()) else {
         return vec![None; windows.len()];
     };
-    let dropped = hidden(windows, &complete, &of_all).unwrap_or(of_all.dropped);
-    with_margin(&dropped)
+    hidden(windows, &complete, &of_all).unwrap_or(of_all.dropped)
 }
 
 /// What is dropped if the windows begin with their core, and faults of some channels had been hidden; only these are taken

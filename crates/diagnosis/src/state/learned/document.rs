@@ -22,7 +22,7 @@ impl ChannelVerdict {
         if let Some(FittedKind { kind, decided, size, expected, within }) = *fault {
             document["kind"] = kind.as_str().into();
             document["decided"] = decided.into();
-            document["size"] = size.into();
+            document["size"] = size.value.into();
             document["expected"] = expected.into();
             document["expected_low"] = (expected - within).into();
             document["expected_high"] = (expected + within).into();

@@ -12,7 +12,7 @@ use vocabulary::Obstacle;
 use super::super::fault_set::{is_evidence, smallest};
 use super::super::gaussian::{Gaussian, GaussianComparison, Inverses, ValueDeparture};
 use super::LearnedModule;
-use super::kind::{Displacement, FittedKind, fit};
+use super::kind::{DisplacedChannel, Displacement, FittedKind};
 use super::learning::set_rule;
 use super::window::{ConstantRun, median, samples_per_window};
 
@@ -297,6 +297,18 @@ impl LearnedJudge {
         Some(latest.reading - latest.size)
     }
 
+    /// What tells the kind of a channel's present fault; `None` without one, and until a window has followed it.
+    pub(crate) fn displaced(&self, channel: usize) -> Option<DisplacedChannel> {
+        let fault = self.tracks[channel].fault.as_ref().filter(|f| !f.displacements.is_empty())?;
+        Some(DisplacedChannel {
+            found: fault.displacements.clone(),
+            before: fault.before.clone(),
+            changed: fault.by_change,
+            channel: self.module.channels[channel].clone(),
+            deviation: self.module.reference.deviation_given_others(channel),
+        })
+    }
+
     /// The number of whole windows so far.
     pub fn windows(&self) -> u64 {
         self.windows
@@ -565,15 +577,13 @@ impl LearnedJudge {
     }
 
     fn end_fault(&mut self, channel: usize, until: Option<u64>) {
+        let fitted = self.displaced(channel).and_then(|displaced| displaced.fit());
         let Some(fault) = self.tracks[channel].fault.take() else { return };
         let by = match (fault.by_change, fault.by_reference) {
             (Some(_), true) => "changed, and departs from its reference",
             (Some(_), false) => "changed",
             (None, _) => "departs from its reference",
         };
-        let settings =
-            (&self.module.channels[channel], self.module.reference.deviation_given_others(channel));
-        let fitted = fit(&fault.displacements, &fault.before, fault.by_change, settings);
         self.close(
             Some(channel),
             ChannelState::Faulty,

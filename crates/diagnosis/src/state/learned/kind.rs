@@ -1,8 +1,11 @@
 //! Kind and size of a displaced channel, from what it is displaced by since its onset.
 
 use serde::{Deserialize, Serialize};
+use vocabulary::fault::FaultKind;
+use vocabulary::{Candidate, FaultSize};
 
 use super::LearnedChannel;
+use crate::identification::{DECIDED, may_be_healthy};
 
 /// The next kind has to fit so many times worse.
 const CLEARER: f64 = 1.5;
@@ -17,6 +20,9 @@ const ZERO: f64 = 1e-3;
 /// Half-width of a 95 % interval, in standard deviations.
 const NORMAL_95: f64 = 1.96;
 
+/// A fit tells no probabilities: a kind that is decided is taken for as probable as it needs to be, any other for this.
+const UNDECIDED: f64 = 0.5;
+
 /// A window's displacement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Displacement {
@@ -26,99 +32,112 @@ pub(super) struct Displacement {
     pub(super) size: f64,
 }
 
-/// What a displaced channel does.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum DisplacementKind {
-    /// The reading does not move.
-    Stuck,
-    /// The reading is zero.
-    Zero,
-    /// A constant is added.
-    Bias,
-    /// A ramp is added.
-    Drift,
-    /// It reads a multiple of the truth.
-    Gain,
-}
-
-impl DisplacementKind {
-    /// As machine output names it.
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Stuck => "stuck",
-            Self::Zero => "zero",
-            Self::Bias => "bias",
-            Self::Drift => "drift",
-            Self::Gain => "gain",
-        }
-    }
-}
-
 /// The kind that fits best.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FittedKind {
     /// The kind.
-    pub kind: DisplacementKind,
+    pub kind: FaultKind,
     /// Is the next one clearly worse?
     pub decided: bool,
-    /// Bias and stuck reading: in the channel's unit; drift: in that unit per second; gain: the factor.
-    pub size: f64,
+    /// In the channel's unit: of a bias and of what is stuck; in that per second: of a drift; of a gain, its factor.
+    pub size: FaultSize,
     /// The reading that it should have had in its last window.
     pub expected: f64,
     /// Half-width of the 95 % interval of that.
     pub within: f64,
 }
 
-/// Fits the kinds; `before` are displacements before the onset, `changed` the size of a change that named it.
-/// `deviation` is that of the channel given the others.
-pub(super) fn fit(
-    found: &[Displacement],
-    before: &[f64],
-    changed: Option<f64>,
-    (channel, deviation): (&LearnedChannel, f64),
-) -> Option<FittedKind> {
-    let last = found.last()?;
-    let rest = super::window::median(&mut before.to_vec());
-    let rest = if rest.is_finite() { rest } else { 0.0 };
-    let within = NORMAL_95 * deviation;
-    let sizes: Vec<f64> = found.iter().map(|d| d.size - rest).collect();
-    let expected = last.reading - (last.size - rest);
-    let told = |kind, decided, size| Some(FittedKind { kind, decided, size, expected, within });
-    let mean = sizes.iter().sum::<f64>() / sizes.len() as f64;
-    let (low, high) = found
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d.reading), h.max(d.reading)));
-    let largest = high.abs().max(low.abs());
-    if found.len() >= LEAST && largest <= ZERO * channel.range() {
-        return told(DisplacementKind::Zero, true, *sizes.last()?);
+impl FittedKind {
+    /// The same as what a fault may be.
+    pub(crate) fn candidate(&self) -> Candidate {
+        let probability = if self.decided { DECIDED } else { UNDECIDED };
+        let size = self.kind.size_unit().map(|_| self.size);
+        Candidate { kind: self.kind, probability, size }
     }
-    if found.len() >= LEAST && high - low <= f64::EPSILON * largest {
-        return told(DisplacementKind::Stuck, true, *sizes.last()?);
+}
+
+/// What is known of a faulty channel: all that tells its kind.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct DisplacedChannel {
+    /// Window by window since the onset.
+    pub(super) found: Vec<Displacement>,
+    /// Displacements before the onset.
+    pub(super) before: Vec<f64>,
+    /// The size of a change that named it.
+    pub(super) changed: Option<f64>,
+    pub(super) channel: LearnedChannel,
+    /// Standard deviation of the channel given the others.
+    pub(super) deviation: f64,
+}
+
+impl DisplacedChannel {
+    /// Fits the kinds.
+    pub(crate) fn fit(&self) -> Option<FittedKind> {
+        let Self { found, before, changed, channel, deviation } = self;
+        let last = found.last()?;
+        let rest = super::window::median(&mut before.clone());
+        let rest = if rest.is_finite() { rest } else { 0.0 };
+        let within = NORMAL_95 * deviation;
+        let sizes: Vec<f64> = found.iter().map(|d| d.size - rest).collect();
+        let expected = last.reading - (last.size - rest);
+        let ones = vec![1.0; sizes.len()];
+        // What the others say may be wrong in the same way all the time, at worst along what is fitted.
+        let sized = |kind, value: f64, along: &[f64]| {
+            let half = within / rms(along);
+            let own_unit = kind != FaultKind::Gain;
+            FaultSize { value, low: value - half, high: value + half, own_unit }
+        };
+        let told = |kind, decided, size| Some(FittedKind { kind, decided, size, expected, within });
+        let level = |kind, decided, value| told(kind, decided, sized(kind, value, &ones));
+        let mean = sizes.iter().sum::<f64>() / sizes.len() as f64;
+        let (low, high) = found.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| {
+            (l.min(d.reading), h.max(d.reading))
+        });
+        let largest = high.abs().max(low.abs());
+        if found.len() >= LEAST && largest <= ZERO * channel.range() {
+            return level(FaultKind::ZeroOutput, true, *sizes.last()?);
+        }
+        if found.len() >= LEAST && high - low <= f64::EPSILON * largest {
+            return level(FaultKind::Stuck, true, *sizes.last()?);
+        }
+        if found.len() < LEAST {
+            return level(FaultKind::Bias, false, changed.unwrap_or(mean));
+        }
+        let start = found[0].at_s;
+        let times: Vec<f64> = found.iter().map(|d| d.at_s - start).collect();
+        let truth: Vec<f64> = found.iter().zip(&sizes).map(|(d, size)| d.reading - size).collect();
+        // A drift is found after it has begun, so that its line does not begin at zero.
+        let middle = times.iter().sum::<f64>() / times.len() as f64;
+        let (along, off): (Vec<f64>, Vec<f64>) =
+            times.iter().zip(&sizes).map(|(time, size)| (time - middle, size - mean)).unzip();
+        let fitted = |kind, along: &[f64], sizes: &[f64]| {
+            let (size, left) = slope(along, sizes);
+            let size = if kind == FaultKind::Gain { 1.0 + size } else { size };
+            let penalty = if kind == FaultKind::Drift { DRIFT_PENALTY } else { 1.0 };
+            (kind, penalty * left, sized(kind, size, along))
+        };
+        let mut fits = [
+            fitted(FaultKind::Bias, &ones, &sizes),
+            fitted(FaultKind::Drift, &along, &off),
+            fitted(FaultKind::Gain, &truth, &sizes),
+        ];
+        fits.sort_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
+        let [best, (_, next, _), _] = fits;
+        // A few windows may rise or fall by chance: that decides against the others, but for nothing.
+        let is_fault =
+            |(kind, _, size): &(FaultKind, f64, FaultSize)| !may_be_healthy(*kind, Some(size));
+        let (kind, left, size) = fits.into_iter().find(is_fault).unwrap_or(best);
+        let wander = rms(&before.iter().map(|x| x - rest).collect::<Vec<_>>());
+        let decided = is_fault(&best)
+            && next > CLEARER * left
+            && !before.is_empty()
+            && left <= MOST_LEFT * wander;
+        told(kind, decided, size)
     }
-    if found.len() < LEAST {
-        return told(DisplacementKind::Bias, false, changed.unwrap_or(mean));
-    }
-    let start = found[0].at_s;
-    let times: Vec<f64> = found.iter().map(|d| d.at_s - start).collect();
-    let truth: Vec<f64> = found.iter().zip(&sizes).map(|(d, size)| d.reading - size).collect();
-    let ones = vec![1.0; sizes.len()];
-    // A drift is found after it has begun, so that its line does not begin at zero.
-    let middle = times.iter().sum::<f64>() / times.len() as f64;
-    let (along, off): (Vec<f64>, Vec<f64>) =
-        times.iter().zip(&sizes).map(|(time, size)| (time - middle, size - mean)).unzip();
-    let (drift, left) = slope(&along, &off);
-    let mut fits = [
-        (DisplacementKind::Bias, slope(&ones, &sizes)),
-        (DisplacementKind::Drift, (drift, left * DRIFT_PENALTY)),
-        (DisplacementKind::Gain, slope(&truth, &sizes)),
-    ];
-    fits.sort_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b));
-    let [(kind, (size, left)), (_, (_, next)), _] = fits;
-    let wander = (before.iter().map(|x| (x - rest).powi(2)).sum::<f64>()
-        / before.len().max(1) as f64)
-        .sqrt();
-    let decided = next > CLEARER * left && !before.is_empty() && left <= MOST_LEFT * wander;
-    told(kind, decided, if kind == DisplacementKind::Gain { 1.0 + size } else { size })
+}
+
+fn rms(values: &[f64]) -> f64 {
+    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// The factor of `along` that fits best, and the rms of what is left.
@@ -143,20 +162,31 @@ mod tests {
             longest_constant_s: 9.0,
             smallest_found: 0.1,
         };
-        let fitted = |readings: [f64; 4]| {
-            let truth = [0.3, 0.5, 0.2, 0.4];
-            let displacement = |(place, reading): (usize, f64)| Displacement {
+        let of = |found: Vec<(f64, f64)>| {
+            let displacement = |(place, (reading, size)): (usize, (f64, f64))| Displacement {
                 at_s: place as f64,
                 reading,
-                size: reading - truth[place],
+                size,
             };
-            let found: Vec<_> = readings.into_iter().enumerate().map(displacement).collect();
-            fit(&found, &[0.0, 0.01], Some(-0.3), (&channel, 0.01)).unwrap()
+            let found = found.into_iter().enumerate().map(displacement).collect();
+            let (before, changed, channel) = (vec![0.0, 0.01], Some(-0.3), channel.clone());
+            DisplacedChannel { found, before, changed, channel, deviation: 0.01 }.fit().unwrap()
         };
-        assert_eq!(fitted([1e-4, -2e-4, 0.0, 3e-4]).kind, DisplacementKind::Zero);
-        assert_eq!(fitted([0.7; 4]).kind, DisplacementKind::Stuck);
+        let truth = [0.3, 0.5, 0.2, 0.4];
+        let fitted = |readings: [f64; 4]| {
+            of(readings
+                .into_iter()
+                .zip(truth)
+                .map(|(reading, truth)| (reading, reading - truth))
+                .collect())
+        };
+        assert_eq!(fitted([1e-4, -2e-4, 0.0, 3e-4]).kind, FaultKind::ZeroOutput);
+        assert_eq!(fitted([0.7; 4]).kind, FaultKind::Stuck);
+        // Three windows that happen to rise do not make a drift of what has jumped.
+        let risen = of([0.500, 0.503, 0.506].map(|size| (size + 0.3, size)).to_vec());
+        assert_eq!((risen.kind, risen.decided), (FaultKind::Bias, false), "{risen:?}");
         let half = fitted([0.15, 0.25, 0.1, 0.2]);
-        assert_eq!((half.kind, half.decided), (DisplacementKind::Gain, true));
-        assert!((half.size - 0.5).abs() < 0.02, "{half:?}");
+        assert_eq!((half.kind, half.decided), (FaultKind::Gain, true));
+        assert!((half.size.value - 0.5).abs() < 0.02, "{half:?}");
     }
 }

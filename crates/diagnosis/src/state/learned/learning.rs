@@ -92,6 +92,25 @@ pub enum LearningError {
         /// Their length \[s\].
         window_s: f64,
     },
+    /// Fewer windows than so many channels need.
+    #[error(
+        "{recordings} recordings have together {windows} complete windows of {window_s} s; {channels} channels need at \
+         least {least}: use longer recordings or more of them, or at most {most} channels"
+    )]
+    TooFewWindows {
+        /// How many.
+        recordings: usize,
+        /// Their windows without a missing channel.
+        windows: usize,
+        /// Their length \[s\].
+        window_s: f64,
+        /// Sensors and inputs.
+        channels: usize,
+        /// Windows needed.
+        least: usize,
+        /// The channels that the windows are enough for.
+        most: usize,
+    },
     /// More looks like faults than may be.
     #[error(
         "{percent:.0} % of `{recording}` looks faulty, most of it `{channel}`; use a healthy recording, or leave the \
@@ -219,10 +238,7 @@ pub fn learn(
     let step_s = recordings.iter().map(|recording| recording.step_s).fold(0.0, f64::max);
     let settings = LearningSettings { window_s: settings.window_s.max(step_s), ..settings };
     let mut cleaned = Vec::new();
-    let kept: Vec<Vec<Vec<f64>>> = recordings
-        .iter()
-        .map(|recording| clean(recording, names, settings.window_s, &mut cleaned))
-        .collect::<Result<_, _>>()?;
+    let kept = clean(recordings, names, settings.window_s, &mut cleaned)?;
     let scales = scales(&kept, names, sensors)?;
     let windows: Vec<RecordedWindows> =
         kept.into_iter().map(|kept| in_units(kept, &scales)).collect();
@@ -280,40 +296,63 @@ fn is_complete(window: &[f64]) -> bool {
     window.iter().all(|x| x.is_finite())
 }
 
-/// A recording's windows, those that look faulty without values.
+/// The windows of each recording, those that look faulty without values.
 fn clean(
-    recording: &HealthyRecording,
+    recordings: &[HealthyRecording],
     names: &[String],
     window_s: f64,
     cleaned: &mut Vec<CleanedInterval>,
-) -> Result<Vec<Vec<f64>>, LearningError> {
-    let per_window = samples_per_window(recording.step_s, window_s);
-    let of_channels: Vec<Vec<f64>> =
-        recording.channels.iter().map(|samples| medians(samples, per_window)).collect();
-    let count = of_channels.iter().map(Vec::len).min().unwrap_or(0);
-    let mut windows: Vec<Vec<f64>> =
-        (0..count).map(|k| of_channels.iter().map(|channel| channel[k]).collect()).collect();
-    let complete = windows.iter().filter(|window| is_complete(window)).count();
-    if complete < LEAST_WINDOWS {
-        let recording = recording.name.clone();
-        return Err(LearningError::TooShort { recording, windows: complete, window_s });
+) -> Result<Vec<Vec<Vec<f64>>>, LearningError> {
+    let mut kept = Vec::new();
+    let mut together = 0;
+    for recording in recordings {
+        let per_window = samples_per_window(recording.step_s, window_s);
+        let of_channels: Vec<Vec<f64>> =
+            recording.channels.iter().map(|samples| medians(samples, per_window)).collect();
+        let count = of_channels.iter().map(Vec::len).min().unwrap_or(0);
+        let windows: Vec<Vec<f64>> =
+            (0..count).map(|k| of_channels.iter().map(|channel| channel[k]).collect()).collect();
+        let complete = windows.iter().filter(|window| is_complete(window)).count();
+        if complete < LEAST_WINDOWS {
+            let recording = recording.name.clone();
+            return Err(LearningError::TooShort { recording, windows: complete, window_s });
+        }
+        together += complete;
+        kept.push(windows);
     }
-    let dropped = cleaning::suspects(&windows);
-    let share = dropped.iter().flatten().count() as f64 / count as f64;
-    if share > MOST_DROPPED {
-        let often = |k: &usize| dropped.iter().flatten().filter(|channel| *channel == k).count();
-        let worst = (0..names.len()).max_by_key(often).unwrap_or(0);
-        return Err(LearningError::Unclean {
-            recording: recording.name.clone(),
-            channel: names[worst].clone(),
-            percent: 100.0 * share,
+    let channels = names.len();
+    let least = cleaning::least_windows(channels);
+    if together < least {
+        return Err(LearningError::TooFewWindows {
+            recordings: recordings.len(),
+            windows: together,
+            window_s,
+            channels,
+            least,
+            most: together * channels / least,
         });
     }
-    cleaned.extend(cleaning::intervals(&recording.name, names, &dropped, per_window));
-    for (window, _) in windows.iter_mut().zip(&dropped).filter(|(_, dropped)| dropped.is_some()) {
-        window.fill(f64::NAN);
+    let dropped = cleaning::suspects(&kept);
+    for ((recording, windows), dropped) in recordings.iter().zip(&mut kept).zip(dropped) {
+        let share = dropped.iter().flatten().count() as f64 / windows.len() as f64;
+        if share > MOST_DROPPED {
+            let often =
+                |k: &usize| dropped.iter().flatten().filter(|channel| *channel == k).count();
+            let worst = (0..channels).max_by_key(often).unwrap_or(0);
+            return Err(LearningError::Unclean {
+                recording: recording.name.clone(),
+                channel: names[worst].clone(),
+                percent: 100.0 * share,
+            });
+        }
+        let per_window = samples_per_window(recording.step_s, window_s);
+        cleaned.extend(cleaning::intervals(&recording.name, names, &dropped, per_window));
+        for (window, _) in windows.iter_mut().zip(&dropped).filter(|(_, dropped)| dropped.is_some())
+        {
+            window.fill(f64::NAN);
+        }
     }
-    Ok(windows)
+    Ok(kept)
 }
 
 /// Units in which the channels are alike.

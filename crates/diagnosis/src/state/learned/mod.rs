@@ -28,7 +28,8 @@ use super::gaussian::Gaussian;
 
 pub use cleaning::CleanedInterval;
 pub use judge::{ChannelState, ChannelSummary, ChannelVerdict, LearnedJudge};
-pub use kind::{DisplacementKind, FittedKind};
+pub(crate) use kind::DisplacedChannel;
+pub use kind::FittedKind;
 pub use learning::{HealthyRecording, LearningError, LearningSettings, Learnt, learn};
 
 /// Version of [`LearnedModule`] as a file.
