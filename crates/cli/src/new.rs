@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use daemon::config::{PlantConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::ModuleSetup;
-use plant::PlantParameters;
+use plant::{HydraulicParameters, PlantParameters};
 use study::module_setups;
 use toml::{Table, Value};
 use truss::{Prediction, Structure};
@@ -100,7 +100,10 @@ fn make(arguments: &Arguments, file: &Path, out: &Path) -> Result<(), Failure> {
     let directory = Directory::claim(out)?;
     let mut assumed = Vec::new();
     let table = with_fitting_gain(given.clone(), &mut assumed);
-    let table = with_strong_cylinders(table, &structure, &given, &mut assumed);
+    let table = match given.contains_key("hydraulics") {
+        true => table,
+        false => with_strong_cylinders(table, &structure),
+    };
     directory.write(STRUCTURE, &structure.to_toml())?;
     directory.write(PLANT, &plant_text(table, &layout))?;
     let plant = load_plant(&out.join(PLANT), &PlantFlags::default())?;
@@ -239,40 +242,16 @@ fn with_fitting_gain(mut given: Table, assumed: &mut Vec<String>) -> Table {
 }
 
 /// Enlarges the tower's cylinders if the structure's loads ask for more, unless others are given.
-fn with_strong_cylinders(
-    mut table: Table,
-    structure: &Structure,
-    given: &Table,
-    assumed: &mut Vec<String>,
-) -> Table {
+fn with_strong_cylinders(mut table: Table, structure: &Structure) -> Table {
     // What cannot be read or built is refused with its place later.
     let Ok(parameters) = Value::Table(table.clone()).try_into::<PlantParameters>() else {
         return table;
     };
-    let times = match study::missing_cylinder_size(structure, &parameters) {
-        Ok(times) if times > 1.0 && !given.contains_key("hydraulics") => times,
-        _ => return table,
-    };
-    let tower = parameters.hydraulics;
-    let larger = tower.enlarged(times);
-    assumed.push(format!(
-        "Cylinders and valves {times:.1} times as large as the tower's, for up to {:.0} kN: those of {:.0} kN have no reserve \
-         for the mean wind and the live loads of plant.toml.",
-        1e-3 * larger.demand_limit_n,
-        1e-3 * tower.demand_limit_n
-    ));
-    let entry = table.entry("hydraulics").or_insert_with(|| Table::new().into());
-    if let Value::Table(hydraulics) = entry {
-        for (key, value) in [
-            ("area_a_m2", larger.area_a_m2),
-            ("area_b_m2", larger.area_b_m2),
-            ("volume_a_m3", larger.volume_a_m3),
-            ("volume_b_m3", larger.volume_b_m3),
-            ("valve_flow_m3_per_s", larger.valve_flow_m3_per_s),
-            ("demand_limit_n", larger.demand_limit_n),
-        ] {
-            hydraulics.insert(key.to_owned(), value.into());
-        }
+    if let Ok(times) = study::missing_cylinder_size(structure, &parameters)
+        && times > 1.0
+        && let Ok(larger) = Value::try_from(parameters.hydraulics.enlarged(times))
+    {
+        table.insert("hydraulics".into(), larger);
     }
     table
 }
@@ -292,10 +271,18 @@ fn assumptions(structure: &Structure, plant: &PlantConfig, hydraulics_given: boo
         ),
     ];
     if !hydraulics_given && structure.modules.iter().any(|module| !module.actuators.is_empty()) {
-        lines.push(
-            "Cylinders, valves and pressure sensors: the tower's; give yours with `--plant`."
-                .to_owned(),
-        );
+        let limit_n = parameters.hydraulics.demand_limit_n;
+        let times = limit_n / HydraulicParameters::default().demand_limit_n;
+        let size = match times > 1.0 {
+            true => format!(
+                ", {times:.1} times as large, for up to {:.0} kN: smaller ones have no reserve for mean wind and live loads",
+                1e-3 * limit_n
+            ),
+            false => String::new(),
+        };
+        lines.push(format!(
+            "Cylinders, valves and pressure sensors: the tower's{size}; give yours with `--plant`."
+        ));
     }
     lines
 }

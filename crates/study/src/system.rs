@@ -184,8 +184,8 @@ pub fn module_setups(
     structure.equipped().map(setup).collect()
 }
 
-/// By which factor the described cylinders are too small: mean wind and live loads at the start of a run, on plants within
-/// 10 %, are to ask for half of what they can do at most. 1 if they ask for less than two thirds.
+/// How many times larger the cylinders must be so that mean wind and live loads at the start of a run demand half of their
+/// limit, on plants within 10 %. 1 if the demands stay below two thirds of the limit as it is.
 ///
 /// # Errors
 /// A plant cannot be created.

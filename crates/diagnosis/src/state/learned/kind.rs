@@ -182,7 +182,7 @@ mod tests {
         };
         assert_eq!(fitted([1e-4, -2e-4, 0.0, 3e-4]).kind, FaultKind::ZeroOutput);
         assert_eq!(fitted([0.7; 4]).kind, FaultKind::Stuck);
-        // Three windows that happen to rise do not make a drift of what has jumped.
+        // After a jump, three windows that rise by chance are no evidence of a drift.
         let risen = of([0.500, 0.503, 0.506].map(|size| (size + 0.3, size)).to_vec());
         assert_eq!((risen.kind, risen.decided), (FaultKind::Bias, false), "{risen:?}");
         let half = fitted([0.15, 0.25, 0.1, 0.2]);
