@@ -187,6 +187,41 @@ async fn a_stopped_plant_is_reported_within_a_second() {
     }
 }
 
+/// Zenoh then gives up the opening of a link in its very last moment, now and then after the link is open on one side.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[ignore = "takes minutes: thirty pauses of seven seconds"]
+async fn a_plant_that_stands_still_as_long_as_opening_a_link_takes_is_found_again() {
+    let _turn = turn::alone().await;
+    let works = Works::start(Deployment::of_watched_tower(&Schedule::default())).await;
+    let in_service = |status: &ModuleStatus| status.phase == ModulePhase::InService;
+    let stale = |status: &ModuleStatus| status.phase == ModulePhase::Stale;
+    for pause in 0..30 {
+        for module in MODULES {
+            works.observer.status_of(module, in_service).await;
+        }
+        let longest = u64::from(session::DEFAULT_LEASE_MS) + session::OPENING_MS;
+        works.plant.signal(Signal::SIGSTOP);
+        let stopped = tokio::time::Instant::now();
+        for module in MODULES {
+            works.observer.status_of(module, stale).await;
+        }
+        // The attempt begins some milliseconds after the end of the lease.
+        tokio::time::sleep_until(stopped + Duration::from_millis(longest + pause % 10)).await;
+        works.plant.signal(Signal::SIGCONT);
+    }
+    for module in MODULES {
+        works.observer.status_of(module, in_service).await;
+    }
+    let is_closed = |line: &&str| line.contains("open on one side only: closed");
+    let closed: usize = works
+        .diagnosers
+        .iter()
+        .map(|process| process.log().lines().filter(is_closed).count())
+        .sum();
+    println!("{closed} links of 60 were open on one side only");
+    works.end().await;
+}
+
 /// Stops the plant of modules that are stale after so many milliseconds without a sample, and lets it go on; returns
 /// how long after its last sample each module was stale.
 async fn a_stopped_plant(stale_after_ms: i64) -> Vec<Duration> {
