@@ -25,7 +25,8 @@ pub enum Reason {
     },
     /// Its ratio is that of no effect.
     ByRatio,
-    /// It was a root cause before: it is repaired, is back again, or its fault leaves the interval.
+    /// It was a root cause before, and no later one explains it: it is repaired, is back again, or its fault leaves the
+    /// interval.
     Again,
     /// It is an effect.
     Effect {
@@ -147,10 +148,13 @@ impl Causes {
             let (by, since) = (by.clone(), *since);
             return Some(self.effect(change, by, since, Explanation::Leaving));
         }
-        if self.is_root(change) || windows.is_root_by_ratio(change) {
+        if windows.is_root_by_ratio(change) {
             return None;
         }
-        let Explaining { root, since, how, .. } = self.explaining(windows, change)?;
+        let Explaining { root, since, how, .. } = match self.root_since(change) {
+            None => self.explaining(windows, change)?,
+            Some(own) => self.explaining_root(windows, change, own)?,
+        };
         let by = root.clone();
         Some(self.effect(change, by, since, how))
     }
@@ -168,7 +172,9 @@ impl Causes {
             false => Reason::Again,
         };
         let reasons = rivals.iter().map(|change| {
-            if change != root && (self.is_root(change) || change.path == root.path) {
+            let is_again = change.path == root.path
+                || (self.is_root(change) && (!is_new || windows.is_root_by_ratio(change)));
+            if change != root && is_again {
                 self.enter(windows, change);
                 again(change)
             } else if change != root {
@@ -231,9 +237,15 @@ impl Causes {
     }
 
     fn is_root(&self, change: &KnownChange) -> bool {
-        let faulty =
-            |(path, since): &(ComponentPath, Step)| *path == change.path && *since <= change.step;
-        self.roots.iter().any(|root| root.path == change.path) || self.faulty.iter().any(faulty)
+        self.root_since(change).is_some()
+    }
+
+    /// When the component of this change was a root cause last, if it was one before.
+    fn root_since(&self, change: &KnownChange) -> Option<Step> {
+        let changed = self.changes().filter(|(root, _)| root.path == change.path);
+        let faulty = self.faulty.iter().filter(|(path, _)| *path == change.path);
+        let since = changed.map(|(_, change)| change.period.since);
+        since.chain(faulty.map(|(_, since)| *since).filter(|since| *since <= change.step)).max()
     }
 
     /// The effect in the same channel that leaves the interval with this change.
@@ -255,6 +267,20 @@ impl Causes {
         (self.by_roots(windows).filter(covers).max_by_key(latest))
             .or_else(|| self.by_effects(windows).filter(covers).max_by_key(latest))
             .or_else(|| self.by_leaving(windows).filter(covers).max_by_key(latest))
+    }
+
+    /// What explains a change of a component that was a root cause itself, last at step `own`: another that was one
+    /// later. It may have been repaired meanwhile, and then shows effects as any healthy component does.
+    fn explaining_root(
+        &self,
+        windows: &Windows,
+        change: &KnownChange,
+        own: Step,
+    ) -> Option<Explaining<'_>> {
+        let is_later = |cause: &Explaining<'_>| {
+            cause.since > own && *cause.root != change.path && cause.covers(change.onset)
+        };
+        self.by_roots(windows).filter(is_later).max_by_key(|cause| cause.since)
     }
 
     /// The last step at which any root cause explains anything.

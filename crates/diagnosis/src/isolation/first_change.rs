@@ -214,6 +214,29 @@ mod tests {
     }
 
     #[test]
+    fn a_root_of_before_shows_effects_of_a_later_root() {
+        let faults = [change("m1/sensor/g1", 50, 500.0), change("m1/sensor/g2", 700, 500.0)];
+        let with = |own: KnownChange, later| {
+            let changes = [&faults[..], &[own, change("m1/sensor/g3", later, 2.0)]].concat();
+            [2, 3].map(|index| judge(&changes, index))
+        };
+        let by_later = || Some("m1/sensor/g2".to_owned());
+        assert_eq!(with(change("m1/sensor/g1", 725, 9.0), 740), [by_later(), by_later()]);
+        // Repaired, or faulty again.
+        let again = change("m1/sensor/g1", 725, 40.0);
+        assert_eq!(with(again, 740), [None, Some("m1/sensor/g1".to_owned())]);
+        // The later root explains nothing any more.
+        assert_eq!(with(change("m1/sensor/g1", 811, 9.0), 1030)[0], None);
+        // The same when they are simultaneous, whichever shows first.
+        for step in [698, 702] {
+            let mut changes = [&faults[..], &[change("m1/sensor/g1", step, 9.0)]].concat();
+            changes.sort_by_key(|change| change.step);
+            let own = changes.iter().position(|change| change.step == Step(step)).unwrap();
+            assert_eq!(judge(&changes, own), by_later(), "{step}");
+        }
+    }
+
+    #[test]
     fn a_root_of_before_wins_a_tie_unless_another_has_the_ratio_of_a_root() {
         let with = |ratio| {
             [
