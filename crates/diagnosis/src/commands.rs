@@ -1,11 +1,12 @@
 //! Commands of operators: when they are accepted, and what follows.
 
+use vocabulary::words::departure;
 use vocabulary::{Component, Step};
 
 use crate::diagnoser::Diagnoser;
 use crate::event::Action;
 use crate::order::OrderRefusal;
-use crate::state::Condition;
+use crate::state::{Condition, Departed};
 use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 
 /// A residual displaced by less than this share of the displacement found has returned to normal.
@@ -165,7 +166,8 @@ impl Diagnoser {
             // What it agreed in may have been before the fault.
             Condition::Agrees { .. } => Err(OrderRefusal::NotCompared(component)),
             Condition::Doubtful { .. } | Condition::Departed { .. } | Condition::OneOf { .. } => {
-                Err(OrderRefusal::StillDeparted(component))
+                let how = self.departure_in_words(channel, &component);
+                Err(OrderRefusal::StillDeparted { component, how })
             }
             Condition::NotCompared | Condition::CannotTell { .. } => {
                 Err(OrderRefusal::NotCompared(component))
@@ -175,6 +177,21 @@ impl Diagnoser {
                 None => Ok(()),
             },
         }
+    }
+
+    /// By how much a component departs from its reference, or which others may instead.
+    fn departure_in_words(&self, channel: usize, component: &Component) -> Option<String> {
+        if let Condition::OneOf { components, .. } = self.condition(channel) {
+            let names: Vec<String> = components.iter().map(ToString::to_string).collect();
+            return Some(format!("or another of these does: {}", names.join(", ")));
+        }
+        let kind = component.kind();
+        if let Some(learned) = self.channels.learned() {
+            let off = learned.departure(channel)?;
+            return departure(kind, Symptom::Reading, off, 0.0);
+        }
+        let Departed { symptom, measured, expected, .. } = *self.comparing.departed(channel)?;
+        departure(kind, symptom, measured, expected)
     }
 
     fn interval_to_pass(&self, channel: usize) -> Option<u64> {

@@ -53,6 +53,11 @@ impl Comparing {
         self.detectors.as_ref()?.departure(channel)
     }
 
+    /// How a component departed in the latest long window, if it did.
+    pub(crate) fn departed(&self, channel: usize) -> Option<&Departed> {
+        self.detectors.as_ref()?.departed(channel)
+    }
+
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
         let detectors = self.detectors.as_ref();
         detectors.map_or(&Condition::NotVerified, |known| known.condition(channel))

@@ -150,4 +150,9 @@ impl LearnedChannels {
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
         &self.conditions[channel]
     }
+
+    /// By how much the channel's readings are too large.
+    pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
+        self.judge.standing(channel).found.map(|found| found.size)
+    }
 }

@@ -4,6 +4,7 @@
 //! reset is refused while the evidence persists, unless forced.
 
 use vocabulary::Component;
+use vocabulary::words::residual;
 
 /// The shell's token of a command it passed in, returned with the outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -74,9 +75,15 @@ pub enum OrderRefusal {
     },
     /// It, or one of several that it belongs to, still departs from its reference.
     #[error(
-        "`{0}` still departs from its reference; repair it, re-tare what was replaced, or force the reset"
+        "`{component}` still departs from its reference{}; repair it, re-tare what was replaced, or force the reset",
+        aside(.how)
     )]
-    StillDeparted(Component),
+    StillDeparted {
+        /// The component.
+        component: Component,
+        /// By how much, or which others may depart instead; `None` if that is not known.
+        how: Option<String>,
+    },
     /// It cannot be compared with its reference.
     #[error(
         "`{0}` has not been compared with its reference since; wait for a window, or force the reset"
@@ -87,7 +94,9 @@ pub enum OrderRefusal {
     NothingToReTare(Component),
     /// The residual is still where the fault took it.
     #[error(
-        "residual of `{component}` is still displaced by {now:.3e}, it was {found:.3e} when the fault was found; repair it, or force the reset"
+        "residual of `{component}` is still displaced by {}, it was {} when the fault was found; repair it, or force the reset",
+        residual(.component.kind(), *.now),
+        residual(.component.kind(), *.found)
     )]
     StillDisplaced {
         /// The component.
@@ -104,9 +113,32 @@ fn standing(state: &str) -> String {
     if state == "normal" { "has no known fault".to_owned() } else { format!("is {state}") }
 }
 
+fn aside(how: &Option<String>) -> String {
+    how.as_ref().map_or_else(String::new, |how| format!(", {how}"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_hinders_a_reset_is_told_with_its_unit() {
+        let component = || "sensor/g2".parse().unwrap();
+        let departed = |how: Option<&str>| {
+            let how = how.map(str::to_owned);
+            OrderRefusal::StillDeparted { component: component(), how }.to_string()
+        };
+        let repair = "; repair it, re-tare what was replaced, or force the reset";
+        let departs = "`sensor/g2` still departs from its reference";
+        assert_eq!(departed(None), format!("{departs}{repair}"));
+        let by = Some("its mean by +83.00 µm");
+        assert_eq!(departed(by), format!("{departs}, its mean by +83.00 µm{repair}"));
+        let displaced =
+            OrderRefusal::StillDisplaced { component: component(), now: 8.2e-5, found: 8.3e-5 };
+        let expected = "residual of `sensor/g2` is still displaced by +82.00 µm, it was +83.00 µm \
+                        when the fault was found; repair it, or force the reset";
+        assert_eq!(displaced.to_string(), expected);
+    }
 
     #[test]
     fn what_has_no_fault_is_not_called_normal() {

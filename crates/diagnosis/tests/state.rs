@@ -183,7 +183,12 @@ fn a_reset_goes_by_the_reference_and_a_new_gage_is_re_tared() {
     bench.run(SETTLED + 2000);
     order(&mut bench, GivenOrderKind::Acknowledge).unwrap();
     let refused = order(&mut bench, GivenOrderKind::Reset { force: false });
-    assert!(matches!(refused, Err(OrderRefusal::StillDeparted(_))), "{refused:?}");
+    let Err(OrderRefusal::StillDeparted { how: Some(how), .. }) = refused else {
+        panic!("{refused:?}")
+    };
+    let by = how.strip_prefix("its mean by +").and_then(|by| by.strip_suffix(" µm"));
+    let by_m = 1e-6 * by.unwrap().parse::<f64>().unwrap();
+    assert!((by_m - BIAS_M).abs() < 0.1 * BIAS_M, "{how}");
     order(&mut bench, GivenOrderKind::ReTare).unwrap();
     let tare = bench.transitions().last().unwrap().tare.unwrap();
     assert!((tare - BIAS_M).abs() < 0.1 * BIAS_M, "{tare}");

@@ -131,6 +131,7 @@ pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
         decided,
         candidates: kinds.iter().map(candidate).collect(),
         signature: None,
+        since_unix_ns: None,
         time_unix_ns: 1_100_000_000,
     }
 }

@@ -47,10 +47,13 @@ impl IdentifiedFault {
     }
 
     /// Records an identification. Returns it if it is to be published.
-    pub fn find(&mut self, found: Identification) -> Option<Identification> {
+    pub fn find(&mut self, mut found: Identification) -> Option<Identification> {
         if !self.is_of_it(&found) {
             return None;
         }
+        let before = self.latest.as_ref().filter(|before| is_same_kind(before, &found));
+        let since = |before: &Identification| before.since_unix_ns.unwrap_or(before.time_unix_ns);
+        found.since_unix_ns = before.map(since);
         let brief = found.clone().without_signature();
         self.latest = Some(found);
         is_material(self.published.as_ref(), &brief).then(|| {
@@ -88,10 +91,14 @@ const NARROWER: f64 = 0.5;
 /// the same fault, and most add nothing new.
 fn is_material(published: Option<&Identification>, found: &Identification) -> bool {
     let Some(published) = published else { return true };
-    published.sequence != found.sequence
-        || kind(published) != kind(found)
-        || published.candidates.is_empty() != found.candidates.is_empty()
-        || is_another_size(size(published), size(found))
+    !is_same_kind(published, found) || is_another_size(size(published), size(found))
+}
+
+/// Whether both are of the same fault, and of the same kind, or both undecided, or both without any candidate.
+fn is_same_kind(one: &Identification, other: &Identification) -> bool {
+    one.sequence == other.sequence
+        && kind(one) == kind(other)
+        && one.candidates.is_empty() == other.candidates.is_empty()
 }
 
 fn kind(identification: &Identification) -> Option<&str> {
@@ -141,6 +148,7 @@ mod tests {
                 size: None,
             }],
             signature: Some(vocabulary::Signature { unit: "m".into(), points: Vec::new() }),
+            since_unix_ns: None,
             time_unix_ns: 0,
         }
     }
@@ -162,6 +170,36 @@ mod tests {
         let latest = fault.latest().unwrap();
         assert!(latest.as_of_step == Step(200) && latest.signature.is_some());
         assert_eq!(fault.published(), Some(&published));
+    }
+
+    #[test]
+    fn a_kind_is_identified_when_it_was_first_found_whatever_its_size() {
+        let found = |kinds: &[&str], time_unix_ns| {
+            let size = FaultSize { value: 9.0, low: 8.0, high: 10.0, own_unit: false };
+            let candidate = |kind: &&str| Candidate {
+                kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
+                probability: 0.5,
+                size: (time_unix_ns > 30).then_some(size),
+            };
+            let candidates = kinds.iter().map(candidate).collect();
+            let decided = kinds.len() == 1;
+            Identification { decided, candidates, time_unix_ns, ..identification(4, time_unix_ns) }
+        };
+        let mut fault = after(&[(4, FaultState::Latched)]);
+        let mut since = |kinds: &[&str], time_unix_ns| {
+            let is_published = fault.find(found(kinds, time_unix_ns)).is_some();
+            (is_published, fault.latest().unwrap().since_unix_ns)
+        };
+        assert_eq!(since(&["bias", "drift"], 10), (true, None));
+        assert_eq!(since(&["drift", "bias"], 11), (false, Some(10)));
+        assert_eq!(since(&["bias"], 20), (true, None));
+        assert_eq!(since(&["bias"], 30), (false, Some(20)));
+        assert_eq!(since(&["bias"], 40), (true, Some(20)), "its size is new");
+        assert_eq!(since(&["drift"], 50), (true, None));
+        fault.enter(&transition(5, FaultState::Normal));
+        fault.enter(&transition(6, FaultState::Latched));
+        let another = Identification { sequence: 6, ..found(&["drift"], 60) };
+        assert_eq!(fault.find(another).unwrap().since_unix_ns, None);
     }
 
     #[test]
@@ -252,6 +290,7 @@ mod tests {
                 decided,
                 candidates: kinds.iter().map(candidate).collect(),
                 signature: None,
+                since_unix_ns: None,
                 time_unix_ns: 5,
             }
         }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use vocabulary::words::utc;
-use vocabulary::{ComponentPath, ModulePhase};
+use vocabulary::{ComponentPath, ModulePhase, Step};
 
 /// The reason for the unknown state right after the start.
 pub const NO_SAMPLE_YET: &str = "no sample received yet";
@@ -18,14 +18,32 @@ pub struct Staleness {
     /// When the latest sample before the silence was diagnosed \[ns since 1970\].
     stale_since_unix_ns: u64,
     published: Option<ModulePhase>,
-    /// The components that are not monitored, as published, and when that last changed.
-    not_monitored: BTreeMap<ComponentPath, String>,
-    changed: Option<Instant>,
+    /// The components that are not monitored, as published, and since when that is so.
+    not_monitored: BTreeMap<ComponentPath, LostComponent>,
+    changed: Option<Moment>,
 }
 
-/// Components that are monitored now and then are reported no more often than this, so that they do not fill the
-/// journal.
-const REPORT_EVERY: Duration = Duration::from_secs(10);
+/// A component is reported as monitored again after it has been monitored for this time, so that one that is monitored
+/// now and then does not fill the journal.
+const MONITORED_AGAIN_AFTER: Duration = Duration::from_secs(10);
+
+/// A component whose loss was published, and its return not yet.
+#[derive(Debug)]
+struct LostComponent {
+    reason: String,
+    monitored_since: Option<Moment>,
+}
+
+/// A point in time, as published.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Moment {
+    /// On the monotonic clock.
+    pub at: Instant,
+    /// On the system clock \[ns since 1970\].
+    pub time_unix_ns: u64,
+    /// The latest step processed.
+    pub step: Option<Step>,
+}
 
 impl Staleness {
     /// Samples count as missing after this time without one.
@@ -84,21 +102,60 @@ impl Staleness {
         Some(self.published.replace(phase))
     }
 
-    /// If other components are not monitored than published before, records them as published and returns true. Only a
-    /// module in service has such components.
+    /// Records which components are not monitored. If that is to be published, returns since when it is so: a loss at
+    /// once, a return after [`MONITORED_AGAIN_AFTER`]. Only a module in service has such components.
     pub fn change_of_monitored(
         &mut self,
         not_monitored: &BTreeMap<ComponentPath, String>,
-        now: Instant,
-    ) -> bool {
-        let is_early =
-            self.changed.is_some_and(|changed| now.duration_since(changed) < REPORT_EVERY);
-        // The reasons alone may change from one window to the next.
-        if is_early || self.not_monitored.keys().eq(not_monitored.keys()) {
-            return false;
+        now: Moment,
+    ) -> Option<Moment> {
+        let is_known = |component| self.not_monitored.contains_key(component);
+        let loss = not_monitored.keys().any(|component| !is_known(component)).then_some(now);
+        for (component, lost) in &mut self.not_monitored {
+            if !not_monitored.contains_key(component) {
+                lost.monitored_since.get_or_insert(now);
+            }
         }
-        (self.not_monitored, self.changed) = (not_monitored.clone(), Some(now));
-        true
+        for (component, reason) in not_monitored {
+            let lost = LostComponent { reason: reason.clone(), monitored_since: None };
+            self.not_monitored.insert(component.clone(), lost);
+        }
+        let is_back = |lost: &LostComponent| {
+            let since = lost.monitored_since;
+            since.is_some_and(|since| now.at.duration_since(since.at) >= MONITORED_AGAIN_AFTER)
+        };
+        let back = self.not_monitored.values().filter(|lost| is_back(lost));
+        let back = back.filter_map(|lost| lost.monitored_since).max();
+        self.not_monitored.retain(|_, lost| !is_back(lost));
+        let change = loss.or(back)?;
+        // What was lost later than another component came back is not monitored since it was lost.
+        self.changed = self.changed.max(Some(change));
+        self.changed
+    }
+
+    /// The components that are not monitored, as published, and why. They include those that have been monitored again
+    /// for less than [`MONITORED_AGAIN_AFTER`].
+    #[must_use]
+    pub fn not_monitored(&self) -> BTreeMap<ComponentPath, String> {
+        let lost = self.not_monitored.iter();
+        lost.map(|(component, lost)| (component.clone(), lost.reason.clone())).collect()
+    }
+
+    /// In words, how many of `all` components are not monitored, as published.
+    #[must_use]
+    pub fn monitored_in_words(&self, all: usize) -> String {
+        let Some(first) = self.not_monitored.values().next() else {
+            return "all components are monitored again".to_owned();
+        };
+        let is_returning = self.not_monitored.values().any(|lost| lost.monitored_since.is_some());
+        let seconds = MONITORED_AGAIN_AFTER.as_secs();
+        let or_were_not = if is_returning {
+            format!(", or were not within the last {seconds} s")
+        } else {
+            String::new()
+        };
+        let (count, reason) = (self.not_monitored.len(), &first.reason);
+        format!("{count} of {all} components are not monitored{or_were_not}: {reason}")
     }
 
     /// The reason for this phase.
@@ -205,38 +262,105 @@ mod tests {
         assert_eq!(staleness.change_to(ModulePhase::Stale), Some(Some(ModulePhase::Waiting)));
     }
 
-    #[test]
-    fn other_components_that_are_not_monitored_are_reported_at_most_every_ten_seconds() {
+    /// A tick each half second, with the components lost then; the published changes: when, since when, and what.
+    fn published(
+        seconds: std::ops::Range<u64>,
+        lost: impl Fn(f64) -> Vec<&'static str>,
+    ) -> Vec<(f64, f64, String)> {
         let mut staleness = Staleness::new(Duration::from_millis(500));
         let start = Instant::now();
-        let lost = |names: &[&str]| -> BTreeMap<ComponentPath, String> {
-            let why = "it cannot be compared".to_owned();
-            names.iter().map(|name| (name.parse().unwrap(), why.clone())).collect()
+        let mut published = Vec::new();
+        for tick in 2 * seconds.start..2 * seconds.end {
+            let time = f64::from(u32::try_from(tick).unwrap()) / 2.0;
+            let lost: BTreeMap<ComponentPath, String> =
+                lost(time).iter().map(|name| (name.parse().unwrap(), "why".to_owned())).collect();
+            if let Some(since) = staleness.change_of_monitored(&lost, moment(start, tick)) {
+                assert_eq!(since.at - start, Duration::from_nanos(since.time_unix_ns));
+                let since = since.at.duration_since(start).as_secs_f64();
+                published.push((time, since, staleness.monitored_in_words(12)));
+            }
+            let said = staleness.not_monitored();
+            assert!(lost.keys().all(|component| said.contains_key(component)), "at {time} s");
+        }
+        published
+    }
+
+    fn moment(start: Instant, tick: u64) -> Moment {
+        let after = Duration::from_millis(500 * tick);
+        let time_unix_ns = u64::try_from(after.as_nanos()).unwrap();
+        Moment { at: start + after, time_unix_ns, step: Some(Step(tick)) }
+    }
+
+    const ALL_AGAIN: &str = "all components are monitored again";
+    const ONE: &str = "1 of 12 components are not monitored: why";
+    const TWO: &str = "2 of 12 components are not monitored: why";
+
+    fn told(expected: &[(f64, f64, &str)]) -> Vec<(f64, f64, String)> {
+        expected.iter().map(|(at, since, what)| (*at, *since, (*what).to_owned())).collect()
+    }
+
+    #[test]
+    fn a_loss_is_reported_at_once_and_a_return_after_ten_seconds_with_its_own_time() {
+        let (g1, both) = (vec!["m1/sensor/g1"], vec!["m1/sensor/g1", "m1/sensor/g2"]);
+        let lost = |time: f64| match time {
+            1.0..2.0 => g1.clone(),
+            2.0..30.0 => both.clone(),
+            30.0..31.0 => g1.clone(),
+            _ => Vec::new(),
         };
-        let mut is_reported = |names: &[&str], seconds| {
-            staleness.change_of_monitored(&lost(names), start + Duration::from_secs(seconds))
+        // At 40 s the other one has been back for 9 s only.
+        let and_not_yet =
+            "1 of 12 components are not monitored, or were not within the last 10 s: why";
+        let lost_so_far = [(1.0, 1.0, ONE), (2.0, 2.0, TWO)];
+        let expected =
+            [&lost_so_far[..], &[(40.0, 30.0, and_not_yet), (41.0, 31.0, ALL_AGAIN)]].concat();
+        assert_eq!(published(0..60, lost), told(&expected));
+    }
+
+    #[test]
+    fn a_component_that_is_lost_each_second_is_reported_once() {
+        let lost = |time: f64| match time {
+            1.0..100.0 if time.fract() < 0.5 => vec!["m1/sensor/g1"],
+            _ => Vec::new(),
         };
-        assert!(!is_reported(&[], 0));
-        assert!(is_reported(&["m1/sensor/g1"], 1));
-        assert!(!is_reported(&["m1/sensor/g1"], 30));
-        assert!(is_reported(&["m1/sensor/g1", "m1/sensor/g2"], 30));
-        assert!(!is_reported(&[], 31) && !is_reported(&[], 39));
-        assert!(is_reported(&[], 40), "its end is reported, too");
+        let expected = [(1.0, 1.0, ONE), (109.5, 99.5, ALL_AGAIN)];
+        assert_eq!(published(0..200, lost), told(&expected));
+        // Two in turn.
+        let in_turn = |time: f64| match time {
+            1.0..100.0 if time.fract() < 0.5 => vec!["m1/sensor/g1"],
+            1.0..100.0 => vec!["m1/sensor/g2"],
+            _ => Vec::new(),
+        };
+        let told: Vec<f64> = published(0..200, in_turn).iter().map(|(at, ..)| *at).collect();
+        assert_eq!(told, [1.0, 1.5, 109.5, 110.0]);
+    }
+
+    #[test]
+    fn a_return_that_is_reported_after_a_later_loss_holds_since_that_loss() {
+        let lost = |time: f64| match time {
+            1.0..5.0 => vec!["m1/sensor/g1"],
+            8.0.. => vec!["m1/sensor/g2"],
+            _ => Vec::new(),
+        };
+        let both = "2 of 12 components are not monitored, or were not within the last 10 s: why";
+        let expected = [(1.0, 1.0, ONE), (8.0, 8.0, both), (15.0, 8.0, ONE)];
+        assert_eq!(published(0..60, lost), told(&expected));
     }
 
     #[test]
     fn a_new_phase_begins_without_components_that_are_not_monitored() {
         let mut staleness = Staleness::new(Duration::from_millis(500));
-        let start = Instant::now();
+        let now = moment(Instant::now(), 0);
         let lost = BTreeMap::from([("m1/sensor/g1".parse().unwrap(), "why".to_owned())]);
         let _ = staleness.change_to(ModulePhase::InService);
-        assert!(staleness.change_of_monitored(&lost, start));
+        assert_eq!(staleness.change_of_monitored(&lost, now), Some(now));
         let _ = staleness.change_to(ModulePhase::Stale);
         let _ = staleness.change_to(ModulePhase::InService);
-        assert!(staleness.change_of_monitored(&lost, start), "it is reported again");
+        assert_eq!(staleness.change_of_monitored(&lost, now), Some(now), "it is reported again");
         let _ = staleness.change_to(ModulePhase::Stale);
-        assert!(
-            !staleness.change_of_monitored(&BTreeMap::new(), start),
+        assert_eq!(
+            staleness.change_of_monitored(&BTreeMap::new(), now),
+            None,
             "nothing is claimed to be back"
         );
     }

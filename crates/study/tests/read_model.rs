@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use diagnosis::messages::Speaker;
 use diagnosis::{GivenOrder, GivenOrderKind, Span};
 use observer::{Journals, ModuleHistory, ModuleView, NetworkState, News, StateRow, Structures};
-use process::{ComponentStore, JournalRecord, NO_SAMPLE_YET, RecentRefusals, Staleness};
+use process::{ComponentStore, JournalRecord, Moment, NO_SAMPLE_YET, RecentRefusals, Staleness};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
@@ -85,18 +85,17 @@ impl Process {
         let of_diagnoser = self.last_sample.map_or(ModulePhase::Waiting, |_| diagnoser.phase());
         let phase = self.staleness.phase(of_diagnoser);
         let reason = self.staleness.reason(phase, &RecentRefusals::default(), at);
-        let (before, not_monitored) = match self.staleness.change_to(phase) {
+        let present = Moment { at, time_unix_ns: unix_ns(now), step: diagnoser.last_step() };
+        let (before, not_monitored, since) = match self.staleness.change_to(phase) {
             Some(before) => {
                 self.store.monitored(phase, reason.clone(), unix_ns(now));
-                (before, BTreeMap::new())
+                (before, BTreeMap::new(), present)
             }
             None => {
                 let lost = self.store.not_monitored();
                 let is_due = now.is_multiple_of(TICK) && phase == ModulePhase::InService;
-                if !is_due || !self.staleness.change_of_monitored(&lost, at) {
-                    return None;
-                }
-                (Some(phase), lost)
+                let changed = is_due.then(|| self.staleness.change_of_monitored(&lost, present));
+                (Some(phase), self.staleness.not_monitored(), changed.flatten()?)
             }
         };
         let change = PhaseChange {
@@ -107,9 +106,9 @@ impl Process {
             before,
             not_monitored,
             run: diagnoser.run(),
-            step: diagnoser.last_step(),
+            step: since.step,
             reason,
-            time_unix_ns: unix_ns(now),
+            time_unix_ns: since.time_unix_ns,
         };
         let change = self.store.phase_changed(change);
         self.journal.push(JournalRecord::Phase(Box::new(change.clone())));

@@ -77,6 +77,7 @@ fn bias() -> Identification {
         decided: true,
         candidates: vec![bias, drift],
         signature: None,
+        since_unix_ns: None,
         time_unix_ns: NOW - 11 * SECOND,
     }
 }

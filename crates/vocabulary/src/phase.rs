@@ -50,15 +50,15 @@ pub struct PhaseChange {
     /// The phase it was in before; `null` at the start of the process.
     pub before: Option<ModulePhase>,
     /// The components that it cannot monitor although it is in service, with the reason. Without a fault they are
-    /// unknown. Out of service it monitors none.
+    /// unknown. One is listed until it has been monitored again for ten seconds. Out of service it monitors none.
     pub not_monitored: BTreeMap<ComponentPath, String>,
     /// The run that the step is counted in.
     pub run: Option<RunId>,
-    /// The latest step processed.
+    /// The latest step processed when it changed.
     pub step: Option<Step>,
     /// Why, in words.
     pub reason: String,
-    /// When this was published \[ns since 1970\].
+    /// When it changed \[ns since 1970\]. That a component is monitored again is published ten seconds later.
     pub time_unix_ns: u64,
 }
 

@@ -258,6 +258,7 @@ fn identification() -> Identification {
         decided: false,
         candidates: vec![candidate(FaultKind::Bias, Some(size)), candidate(FaultKind::Stuck, None)],
         signature: Some(Signature { unit: "m".to_owned(), points: vec![point] }),
+        since_unix_ns: Some(8),
         time_unix_ns: 9,
     }
 }

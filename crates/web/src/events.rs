@@ -35,7 +35,7 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
 pub(crate) fn main(view: &LinkedScene<'_>) -> Markup {
     html! {
         h1 { "Events" }
-        p { "What this process has heard since it started, the latest message first; earlier ones: "
+        p { "What this process has heard since it started, the latest first; earlier ones: "
             a href="/history" { "the journals" } "." }
         div #events { (list(view, MANY)) }
     }

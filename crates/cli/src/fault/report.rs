@@ -79,7 +79,12 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
         rows.add_row([label.to_owned(), text]);
     }
     let (step, time) = (identification.as_of_step, utc(identification.time_unix_ns));
-    rows.add_row(["identified".to_owned(), format!("as of step {step}, {time}")]);
+    let latest = format!("as of step {step}, {time}");
+    let identified = match identification.since_unix_ns {
+        Some(since) => format!("{}; {latest}", utc(since)),
+        None => latest,
+    };
+    rows.add_row(["identified".to_owned(), identified]);
 }
 
 /// A remark on an ambiguity of the kind: a structure that has become softer under a gage looks like a gage with too
@@ -152,6 +157,18 @@ mod tests {
 no measurements are kept";
         let text = text(&found, None);
         assert_eq!(text, expected, "\n{text}");
+    }
+
+    #[test]
+    fn a_fault_is_identified_when_its_kind_was_first_found() {
+        let later = Identification {
+            since_unix_ns: Some(1_050_000_000),
+            ..identification(true, &["bias"])
+        };
+        let expected =
+            "  identified     1970-01-01T00:00:01.050Z; as of step 142, 1970-01-01T00:00:01.100Z\n";
+        let text = text(&fault(Some(later)), None);
+        assert!(text.contains(expected), "{text}");
     }
 
     #[test]

@@ -364,6 +364,7 @@ pub(crate) fn identification(
         decided,
         candidates,
         signature: None,
+        since_unix_ns: None,
         time_unix_ns: transition.time_unix_ns + 1_000_000_000,
     }
 }

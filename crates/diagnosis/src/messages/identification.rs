@@ -23,6 +23,7 @@ impl Speaker {
             decided: found.decided().is_some(),
             signature: signature(kind, &found.signature),
             candidates: found.candidates.into_iter().map(writable).collect(),
+            since_unix_ns: None,
             time_unix_ns,
         }
     }

@@ -149,6 +149,11 @@ impl StateDetector {
         self.tracks[channel].off
     }
 
+    /// How a channel departed in the latest window, if it did.
+    pub(crate) fn departed(&self, channel: usize) -> Option<&Departed> {
+        self.tracks[channel].departed.as_ref()
+    }
+
     /// Takes a window; `known` are the channels that are known to be faulty. One that still waits for answers is
     /// concluded with those that came.
     pub(crate) fn take(

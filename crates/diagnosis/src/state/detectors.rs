@@ -6,7 +6,7 @@ use vocabulary::{ModuleName, Step};
 
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
-use super::track::WindowFinding;
+use super::track::{Departed, WindowFinding};
 use crate::settings::ModuleSetup;
 use vocabulary::{Condition, StateAnswer, WindowLength, WindowMeans};
 
@@ -45,6 +45,11 @@ impl Detectors {
     /// By how much a channel's mean, or oil content, was off in the latest long window.
     pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
         self.long.departure(channel)
+    }
+
+    /// How a channel departed in the latest long window, if it did.
+    pub(crate) fn departed(&self, channel: usize) -> Option<&Departed> {
+        self.long.departed(channel)
     }
 
     /// The condition of a channel as of the latest long window.

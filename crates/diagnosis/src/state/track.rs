@@ -62,6 +62,8 @@ pub(super) struct Track {
     pub(super) condition: Condition,
     /// By how much its mean, or its oil content, was off in the latest window that was compared.
     pub(super) off: Option<f64>,
+    /// How it departed in that window, if it did.
+    pub(super) departed: Option<Departed>,
     /// The last window that it agreed in ended here.
     pub(super) agreed: Option<Step>,
     /// Windows one after the other in which it agreed, in which it or another one departed, in which it did.
@@ -82,6 +84,7 @@ impl Track {
         Self {
             condition: Condition::NotCompared,
             off: None,
+            departed: None,
             agreed: None,
             agreeing: 0,
             departing: 0,
@@ -120,14 +123,14 @@ impl Track {
             }
             WindowOutcome::Agrees => {
                 self.condition = Condition::Agrees { from, as_of: until };
-                self.off = Some(0.0);
+                (self.off, self.departed) = (Some(0.0), None);
                 self.agreed = Some(until);
                 (self.departing, self.certain) = (0, 0);
                 self.agreeing += 1;
                 Some(WindowFinding::Agrees { windows: self.agreeing })
             }
             WindowOutcome::Departs(departed) => {
-                self.off = departed.shift();
+                (self.off, self.departed) = (departed.shift(), Some(departed));
                 self.depart();
                 self.certain += 1;
                 let held = self.certain >= self.held;
@@ -139,6 +142,7 @@ impl Track {
                 held.then_some(WindowFinding::Departed { departed, onset, before_service })
             }
             WindowOutcome::OneOf(components) => {
+                self.departed = None;
                 self.depart();
                 self.certain = 0;
                 let held = self.departing >= self.held;

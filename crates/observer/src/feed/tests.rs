@@ -497,6 +497,7 @@ fn identification(kind: FaultKind, time_unix_ns: u64) -> Identification {
         decided: true,
         candidates: vec![Candidate { kind, probability: 1.0, size: None }],
         signature: None,
+        since_unix_ns: None,
         time_unix_ns,
     }
 }

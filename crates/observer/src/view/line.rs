@@ -40,7 +40,7 @@ impl EventLine {
         let line = match &event.news {
             News::Fault(transition) => return Self::of_transition(transition),
             News::Present(state) => return Self::of_present(state),
-            News::Identification(found) => return Self::of_identification(found),
+            News::Identification(found) => return Self::of_kind(found),
             News::Phase(change) => return Self::of_phase(change),
             News::Presence { structure, who, there, at_start } => {
                 let (what, tone) =
@@ -109,6 +109,15 @@ impl EventLine {
             ..Self::new(&found.component, what, Tone::Calm)
                 .because(identified(found))
                 .of_module(&found.structure, &found.module)
+        }
+    }
+
+    /// The line of a kind that was identified, by the time when it first was. The step is that of the latest size.
+    fn of_kind(found: &Identification) -> Self {
+        let line = Self::of_identification(found);
+        match found.since_unix_ns {
+            Some(time_unix_ns) => Self { time_unix_ns, step: None, ..line },
+            None => line,
         }
     }
 

@@ -10,6 +10,7 @@ use vocabulary::{
 };
 
 use super::component::{self, COMPONENTS};
+use super::line::EventLine;
 use super::module::ModuleView;
 use super::news::{News, ObservedEvent};
 use super::scene::{NetworkState, Scene};
@@ -139,9 +140,24 @@ impl Structures {
         let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
         let event = Arc::new(event);
         if event.news.is_shown() {
-            keep(&mut self.events, event.clone(), EVENTS);
+            self.list(event.clone());
         }
         event
+    }
+
+    /// Lists an event. What was so before the network was open came as answers, in any order, and is sorted by time.
+    fn list(&mut self, event: Arc<ObservedEvent>) {
+        let time = |event: &ObservedEvent| EventLine::of(event).time_unix_ns;
+        let of_event = time(&event);
+        keep(&mut self.events, event, EVENTS);
+        if of_event >= self.open_unix_ns {
+            return;
+        }
+        let mut place = self.events.len() - 1;
+        while place > 0 && time(&self.events[place - 1]) > of_event {
+            self.events.swap(place - 1, place);
+            place -= 1;
+        }
     }
 
     /// Records a status.
@@ -502,6 +518,34 @@ mod tests {
         let scene = structures.scene(1, SECOND);
         let modules = scene.modules.iter().map(|module| module.module.as_str());
         assert_eq!((modules.collect::<Vec<_>>(), scene.events.len()), (vec!["m1"], 2));
+    }
+
+    #[test]
+    fn what_was_so_before_the_view_connected_is_listed_by_time() {
+        let mut structures = Structures::default();
+        structures.network(NetworkState::Open, 10 * SECOND);
+        structures.news(token("m1", true), 10 * SECOND);
+        let fault = |sequence, time_unix_ns| FaultTransition {
+            time_unix_ns,
+            since_unix_ns: time_unix_ns,
+            ..transition(7, sequence, FaultState::Latched)
+        };
+        for present in [fault(2, 8 * SECOND), fault(1, 3 * SECOND)] {
+            structures.news(News::Present(Box::new(present)), 10 * SECOND);
+        }
+        let found = vocabulary::Identification {
+            since_unix_ns: Some(5 * SECOND),
+            time_unix_ns: 9 * SECOND,
+            ..testing::identification(true, &["bias"])
+        };
+        structures.news(News::Identification(Box::new(found)), 10 * SECOND);
+        structures.news(phase(ModulePhase::InService, SECOND), 10 * SECOND);
+        // Later events are listed as they come, whatever their clocks say.
+        structures.news(phase(ModulePhase::Stale, 12 * SECOND), 12 * SECOND);
+        structures.news(phase(ModulePhase::Stale, 11 * SECOND), 12 * SECOND);
+        let scene = structures.scene(1, SECOND);
+        let times = scene.events.iter().map(|event| EventLine::of(event).time_unix_ns / SECOND);
+        assert_eq!(times.collect::<Vec<_>>(), [1, 3, 5, 8, 10, 12, 11]);
     }
 
     #[test]

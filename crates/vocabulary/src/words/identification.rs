@@ -122,6 +122,7 @@ mod tests {
             decided,
             candidates: kinds.iter().map(candidate).collect(),
             signature: None,
+            since_unix_ns: None,
             time_unix_ns: 1_100_000_000,
         }
     }

@@ -20,7 +20,7 @@ pub use identification::{
 };
 pub use order::{UNTAKEN, done, not_saved, perhaps};
 pub use phase::phase_in_words;
-pub use quantity::{at_detection, force, ratio, residual, span};
+pub use quantity::{at_detection, departure, force, ratio, residual, span};
 pub use reason::{ordered, present_reason, reason};
 pub use state::state_in_words;
 pub use time::{age, lasting, parse_utc, parse_utc_or_ago, utc};

@@ -33,6 +33,26 @@ pub fn at_detection(transition: &FaultTransition) -> Option<[(&'static str, Stri
     }
 }
 
+/// By how much a component departs from its reference. `None` for a symptom that is no comparison with it.
+pub fn departure(
+    kind: ComponentKind,
+    symptom: Symptom,
+    measured: f64,
+    expected: f64,
+) -> Option<String> {
+    let off = measured - expected;
+    match symptom {
+        Symptom::Change | Symptom::NoSignal => None,
+        Symptom::Departure => Some(format!("its mean by {}", residual(kind, off))),
+        Symptom::OilContent => Some(format!("its oil content by {:+.2} bar", off / 1e5)),
+        Symptom::Scatter => {
+            let (measured, expected) = (measured * 1e6, expected * 1e6);
+            Some(format!("its noise is {measured:.2} µm instead of {expected:.2} µm"))
+        }
+        Symptom::Reading => Some(format!("its reading by {}", in_own_unit(off))),
+    }
+}
+
 /// A value whose unit is not known, to four digits.
 pub(super) fn in_own_unit(value: f64) -> String {
     let digits = decimals(value / 1e3);
@@ -69,6 +89,21 @@ mod tests {
     fn residuals_have_the_unit_of_their_component() {
         assert_eq!(residual(ComponentKind::Actuator, -1234.56), "-1234.6 N");
         assert_eq!(residual(ComponentKind::Sensor, 6e-4), "+600.00 µm");
+    }
+
+    #[test]
+    fn a_departure_has_the_unit_of_its_symptom() {
+        let (gage, cylinder) = (ComponentKind::Sensor, ComponentKind::Actuator);
+        for (kind, symptom, measured, expected, words) in [
+            (gage, Symptom::Departure, 84e-6, 1e-6, "its mean by +83.00 µm"),
+            (cylinder, Symptom::Departure, -12.0, 1.0, "its mean by -13.0 N"),
+            (cylinder, Symptom::OilContent, 93e5, 10e5, "its oil content by +83.00 bar"),
+            (gage, Symptom::Scatter, 9e-7, 3e-7, "its noise is 0.90 µm instead of 0.30 µm"),
+            (gage, Symptom::Reading, 30.0, 0.0, "its reading by +30.00"),
+        ] {
+            assert_eq!(departure(kind, symptom, measured, expected).as_deref(), Some(words));
+        }
+        assert_eq!(departure(gage, Symptom::Change, 1.0, 0.0), None);
     }
 
     #[test]

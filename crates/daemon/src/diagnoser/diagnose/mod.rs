@@ -19,8 +19,8 @@ use std::time::Duration;
 use diagnosis::messages::Speaker;
 use diagnosis::{Action, Diagnoser, Event};
 use process::{
-    PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness, UNAWAITED,
-    WatchedSteps,
+    Moment, PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness,
+    UNAWAITED, WatchedSteps,
 };
 use shell::clock;
 use shell::occurrences::Occurrences;
@@ -399,7 +399,7 @@ impl DiagnosisLoop {
             self.end_freeze_frames();
         }
         self.tell_phase();
-        self.tell_monitored(now);
+        self.tell_monitored();
         self.end_shelvings();
         self.ask_again(now);
         self.give_up_questions(now);
@@ -419,26 +419,24 @@ impl DiagnosisLoop {
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
-        self.publish_phase(before, BTreeMap::new(), reason);
+        self.publish_phase(before, BTreeMap::new(), reason, self.moment());
     }
 
     /// Publishes which components cannot be monitored when that changes.
-    fn tell_monitored(&mut self, now: Instant) {
+    fn tell_monitored(&mut self) {
         if self.staleness.phase(self.diagnoser.phase()) != ModulePhase::InService {
             return;
         }
         let lost = self.shared.store.lock().components.not_monitored();
-        if !self.staleness.change_of_monitored(&lost, now.into_std()) {
-            return;
-        }
-        let reason = match lost.values().next() {
-            None => "all components are monitored again".to_owned(),
-            Some(first) => {
-                let all = self.diagnoser.components().len();
-                format!("{} of {all} components are not monitored: {first}", lost.len())
-            }
-        };
-        self.publish_phase(Some(ModulePhase::InService), lost, reason);
+        let Some(since) = self.staleness.change_of_monitored(&lost, self.moment()) else { return };
+        let reason = self.staleness.monitored_in_words(self.diagnoser.components().len());
+        let not_monitored = self.staleness.not_monitored();
+        self.publish_phase(Some(ModulePhase::InService), not_monitored, reason, since);
+    }
+
+    fn moment(&self) -> Moment {
+        let step = self.diagnoser.last_step();
+        Moment { at: std::time::Instant::now(), time_unix_ns: clock::unix_ns(), step }
     }
 
     fn publish_phase(
@@ -446,12 +444,12 @@ impl DiagnosisLoop {
         before: Option<ModulePhase>,
         not_monitored: BTreeMap<ComponentPath, String>,
         reason: String,
+        since: Moment,
     ) {
         let phase = self.staleness.phase(self.diagnoser.phase());
-        let step = self.diagnoser.last_step();
+        let Moment { step, time_unix_ns, .. } = since;
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module, .. } = self.executor.speaker.clone();
-        let time_unix_ns = clock::unix_ns();
         let run = self.diagnoser.run();
         // The store gives it its number.
         let number = 0;

@@ -51,6 +51,7 @@ fn identify(store: &ModuleStore, sequence: u64) {
         decided: false,
         candidates: Vec::new(),
         signature: None,
+        since_unix_ns: None,
         time_unix_ns: 0,
     };
     let mut state = store.lock();
