@@ -9,10 +9,10 @@ use std::f64::consts::TAU;
 
 use vocabulary::fault::FaultKind;
 
-use super::log_density;
-use super::record::{GagePoint, GageRecord, Onset, Wandering};
+use super::record::{GagePoint, GageRecord, Onset};
+use super::{log_density, with_answers};
 use crate::identification::Hypothesis;
-use crate::identification::level::{Weighed, deviance};
+use crate::identification::level::{LevelFilter, Weighed, deviance};
 
 /// Mean times for which the contact is closed, and open \[s\].
 const CLOSED_S: f64 = 0.3;
@@ -31,12 +31,18 @@ pub(super) const HYPOTHESIS: Hypothesis<GageRecord> = Hypothesis {
     prior: 0.5,
     weigh: |record| {
         let likeliest = Cell::new(f64::NEG_INFINITY);
-        let cases = record.over_onsets(|onset, wandering| {
-            let case = weigh(record, onset, wandering, likeliest.get() - HOPELESS);
-            let log = case.map_or(f64::NEG_INFINITY, |case| case.log_likelihood);
-            likeliest.set(likeliest.get().max(log));
-            case.into_iter().collect()
-        });
+        let cases = with_answers(
+            record,
+            |best| best.mean,
+            |onset, wandering, answer_m2_per_s| {
+                let m2_per_s = wandering.m2_per_s + answer_m2_per_s;
+                let least = likeliest.get() - HOPELESS;
+                let case = weigh(record, onset, wandering.before(onset), m2_per_s, least);
+                let log = case.map_or(f64::NEG_INFINITY, |case| case.log_likelihood);
+                likeliest.set(likeliest.get().max(log));
+                case.into_iter().collect()
+            },
+        );
         cases.sized(|offset| OF_POINTS * offset)
     },
     show: |record, best| {
@@ -48,10 +54,16 @@ pub(super) const HYPOTHESIS: Hypothesis<GageRecord> = Hypothesis {
     },
 };
 
-/// Weighs a contact that fails at the onset; only once if that is less likely than this.
-fn weigh(record: &GageRecord, onset: &Onset, wandering: &Wandering, least: f64) -> Option<Weighed> {
+/// Weighs a contact that fails at the onset, given the filter before it and by how much the level moves in a second after it
+/// \[m²\]; only once if that is less likely than this.
+fn weigh(
+    record: &GageRecord,
+    onset: &Onset,
+    before: &LevelFilter<0>,
+    m2_per_s: f64,
+    least: f64,
+) -> Option<Weighed> {
     let points = &record.points[onset.first..];
-    let before = wandering.before(onset);
     let (level, uncertain) = before.level();
     // In a single step it is open or closed; the farthest off is open.
     let single =
@@ -60,7 +72,7 @@ fn weigh(record: &GageRecord, onset: &Onset, wandering: &Wandering, least: f64) 
     let mut offset = farthest.unwrap_or(points.first()?.off_m - level);
     let mut passed = ContactPass::default();
     for _ in 0..ROUNDS {
-        passed = ContactModel { record, onset, wandering, level, uncertain, offset }.pass(points);
+        passed = ContactModel { record, onset, m2_per_s, level, uncertain, offset }.pass(points);
         if passed.open > 0.5 {
             offset = passed.sum / passed.open;
         }
@@ -83,7 +95,8 @@ fn weigh(record: &GageRecord, onset: &Onset, wandering: &Wandering, least: f64) 
 struct ContactModel<'a> {
     record: &'a GageRecord,
     onset: &'a Onset,
-    wandering: &'a Wandering,
+    /// By how much the level moves in a second \[m²\].
+    m2_per_s: f64,
     level: f64,
     uncertain: f64,
     offset: f64,
@@ -131,7 +144,7 @@ impl ContactModel<'_> {
     /// Densities of the reading given that the contact is closed, and open, at the end of the point: if it was so
     /// throughout, and if it switched; and the logarithm of their common factor.
     fn densities(&self, point: &GagePoint) -> (f64, [[f64; 2]; 2]) {
-        let wandered = self.wandering.m2_per_s * (point.until_s - self.onset.at_s).max(0.0);
+        let wandered = self.m2_per_s * (point.until_s - self.onset.at_s).max(0.0);
         let variance = self.uncertain + wandered + self.record.noise_m2 / point.count;
         let off = point.off_m - self.level;
         let logs = [0.0, self.offset].map(|mean| -0.5 * deviance(off - mean, variance));

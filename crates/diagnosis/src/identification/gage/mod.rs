@@ -5,7 +5,7 @@ pub(super) mod record;
 
 use vocabulary::{FaultSize, fault::FaultKind};
 
-use self::record::{GagePoint, GageRecord, Onset};
+use self::record::{GagePoint, GageRecord, Onset, Wandering};
 use super::Hypothesis;
 use super::level::{LevelFilter, Prior, Weighed, deviance};
 use super::mixture::Mixture;
@@ -18,6 +18,10 @@ pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 7] =
 /// structure by what a faulty gage reads, and how the others follow that is known from the model and the strokes, within a
 /// tenth. From seeds of their own, see the study's `IDENTIFICATION.md`.
 const OF_CONTROLLER: f64 = 0.0017;
+/// How likely it is that the controller's answer shows in the gage that misleads it, and by what share of the displacement it
+/// then moves the level in a second, each as likely as the others.
+const ANSWERED: f64 = 0.1;
+const ANSWERS: [f64; 3] = [0.01, 0.03, 0.1];
 /// By how much what a gage should read may be wrong, as a share: for its gain.
 const OF_EXPECTED: f64 = 0.01;
 /// How large a displacement may be beforehand, any order of magnitude as likely as any other: normal priors about zero with
@@ -39,8 +43,14 @@ const BIAS: Hypothesis<GageRecord> = Hypothesis {
     kind: FaultKind::Bias,
     prior: 1.0,
     weigh: |record| {
-        let share = GagePoint::share_after;
-        displacement(record, share, &[1.0]).sized(|size| OF_CONTROLLER * size)
+        let unit_m = record.own_noise_m2.sqrt();
+        let displaced_m = |best: &Weighed| best.mean;
+        let cases = with_answers(record, displaced_m, |onset, wandering, answer_m2_per_s| {
+            let share = |point: &GagePoint| point.share_after(onset.at_s);
+            let filter = record.follow(onset, wandering, answer_m2_per_s, share);
+            at_all_scales(&filter, unit_m)
+        });
+        cases.sized(|size| OF_CONTROLLER * size)
     },
     show: |record, best| {
         record.signature(best, |point, onset, level_m| {
@@ -55,7 +65,12 @@ const DRIFT: Hypothesis<GageRecord> = Hypothesis {
     kind: FaultKind::Drift,
     prior: 1.0,
     weigh: |record| {
-        let cases = displacement(record, GagePoint::time_after_s, &[0.01, 1.0]);
+        let unit_m = record.own_noise_m2.sqrt();
+        let cases = record.over_onsets(|onset, wandering| {
+            let time_s = |point: &GagePoint| point.time_after_s(onset.at_s);
+            let filter = record.follow(onset, wandering, 0.0, time_s);
+            [0.01, 1.0].iter().flat_map(|unit| at_all_scales(&filter, unit * unit_m)).collect()
+        });
         let age_s = cases.likeliest().map_or(0.0, |best| record.age_s(&best));
         cases.sized(|size| OF_CONTROLLER * size / age_s.max(1.0))
     },
@@ -72,10 +87,11 @@ const GAIN: Hypothesis<GageRecord> = Hypothesis {
     kind: FaultKind::Gain,
     prior: 1.0,
     weigh: |record| {
-        let cases = record.over_onsets(|onset, wandering| {
+        let displaced_m = |best: &Weighed| (best.mean - 1.0) * record.largest_expected_m();
+        let cases = with_answers(record, displaced_m, |onset, wandering, answer_m2_per_s| {
             // It read so much more than the others say before.
             let (before_m, _) = wandering.before(onset).level();
-            let filter = record.follow(onset, wandering, |point| {
+            let filter = record.follow(onset, wandering, answer_m2_per_s, |point| {
                 (point.expected_m + before_m) * point.share_after(onset.at_s)
             });
             let priors = GAIN_DEVIATIONS.iter().map(|deviation| Prior::about_zero(*deviation));
@@ -138,18 +154,27 @@ const RANDOM_WALK: Hypothesis<GageRecord> = Hypothesis {
     show: |record, best| record.signature(best, |point, _, _| point.off_m),
 };
 
-/// What is displaced from the onset on, in proportion to a regressor of each point and the onset's time \[s\]; the units of
-/// its scales are these multiples of the gage's own noise.
-fn displacement(
+/// Weighs a hypothesis over all onsets and every likely way in which the level wanders, without and with an answer of the
+/// controller, which moves the level by so much more in a second \[m²\]; `displaced_m` is by how much a case displaces the
+/// reading \[m\].
+fn with_answers(
     record: &GageRecord,
-    regressor: fn(&GagePoint, f64) -> f64,
-    units: &[f64],
+    displaced_m: impl Fn(&Weighed) -> f64,
+    weigh: impl Fn(&Onset, &Wandering, f64) -> Vec<Weighed>,
 ) -> Mixture {
-    let noise = record.own_noise_m2.sqrt();
-    record.over_onsets(|onset, wandering| {
-        let filter = record.follow(onset, wandering, |point| regressor(point, onset.at_s));
-        units.iter().flat_map(|unit| at_all_scales(&filter, unit * noise)).collect()
-    })
+    let mut cases = record.over_onsets(|onset, wandering| weigh(onset, wandering, 0.0));
+    let displaced_m = cases.likeliest().map_or(0.0, |best| displaced_m(&best).abs());
+    for answer_m in ANSWERS.map(|answer| answer * displaced_m) {
+        // Less is among the ways in which a healthy level wanders.
+        if answer_m * answer_m > record.own_noise_m2 {
+            let answered = record
+                .over_onsets_with(record.likeliest_wandering(), |onset, wandering| {
+                    weigh(onset, wandering, answer_m * answer_m)
+                });
+            cases.extend(answered, ANSWERED / ANSWERS.len() as f64);
+        }
+    }
+    cases
 }
 
 /// What a filter says of its coefficient at each scale.

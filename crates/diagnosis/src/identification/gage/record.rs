@@ -179,6 +179,11 @@ impl GageRecord {
         signature(&series, onset.at_s, |at_s| self.grouping.step_at(at_s))
     }
 
+    /// The largest elongation that the other gages predict \[m\].
+    pub(super) fn largest_expected_m(&self) -> f64 {
+        self.points.iter().map(|point| point.expected_m.abs()).fold(0.0, f64::max)
+    }
+
     /// The likeliest way in which the level wanders before the onset, for what wanders in a way of its own after it.
     pub(super) fn likeliest_wandering(&self) -> &[Wandering] {
         let before = |wandering: &Wandering| wandering.before[self.earliest].log_likelihood();
@@ -194,16 +199,18 @@ impl GageRecord {
         Walked::during(m2_per_s * since_s, since_s / self.step_s)
     }
 
-    /// Goes through the points from an onset on, with a regressor for each.
+    /// Goes through the points from an onset on, with a regressor for each. From the onset on the level moves by so much
+    /// more in a second than before.
     pub(super) fn follow(
         &self,
         onset: &Onset,
         wandering: &Wandering,
+        more_m2_per_s: f64,
         regressor: impl Fn(&GagePoint) -> f64,
     ) -> LevelFilter<1> {
         let mut level: LevelFilter<1> = wandering.before(onset).widened();
         for (place, point) in self.points.iter().enumerate().skip(onset.first) {
-            let walked = self.walked(place, wandering.m2_per_s);
+            let walked = self.walked(place, wandering.m2_per_s + more_m2_per_s);
             level.take(point.off_m, walked, self.noise_m2 / point.count, [regressor(point)]);
         }
         level
