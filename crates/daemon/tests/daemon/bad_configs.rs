@@ -110,7 +110,7 @@ fn thresholds_for_other_settings_are_refused_and_the_setting_is_named() {
     let copy = Copy::new();
     copy.spoil("module1.toml", "lag = 5 ", "lag = 12 ");
     let error = copy.module_errors();
-    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` 5"), "{error}");
+    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` was 5"), "{error}");
     assert!(error.contains("configured with 12"), "{error}");
 }
 
