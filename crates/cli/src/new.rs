@@ -10,6 +10,7 @@ use clap::Parser;
 use daemon::config::{PlantConfig, PlantFlags, load_diagnoser, load_plant};
 use diagnosis::ModuleSetup;
 use plant::{HydraulicParameters, PlantParameters};
+use settings::ConfigErrors;
 use study::module_setups;
 use toml::{Table, Value};
 use truss::{Prediction, Structure};
@@ -82,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return output::print(template.map_or("", |(_, Shipped { text, .. })| text));
     }
     match (&arguments.check, &arguments.structure, &arguments.out) {
-        (Some(directory), ..) => check(directory),
+        (Some(directory), ..) => output::print(&checked(directory)?),
         (None, Some(structure), Some(out)) => make(arguments, structure, out),
         _ => Err(Failure::usage("name the structure's description and `--out DIRECTORY`")),
     }
@@ -106,7 +107,8 @@ fn make(arguments: &Arguments, file: &Path, out: &Path) -> Result<(), Failure> {
     };
     directory.write(STRUCTURE, &structure.to_toml())?;
     directory.write(PLANT, &plant_text(table, &layout))?;
-    let plant = load_plant(&out.join(PLANT), &PlantFlags::default())?;
+    let plant = load_plant(&out.join(PLANT), &PlantFlags::default())
+        .map_err(|errors| of_given_files(errors, arguments, file, out))?;
     assumed.extend(assumptions(&structure, &plant, given.contains_key("hydraulics")));
     let setups = module_setups(&structure, &plant.parameters)
         .map_err(|error| Failure::input(format!("{}: {error}", file.display())))?;
@@ -137,7 +139,27 @@ fn make(arguments: &Arguments, file: &Path, out: &Path) -> Result<(), Failure> {
         let text = module_text(setup, layout.of_module(place, &linked), true)?;
         directory.write(&format!("{}.toml", setup.module), &text)?;
     }
-    check(out)
+    let complete = checked(out)?;
+    directory.keep();
+    output::print(&complete)
+}
+
+/// Names in place of the files made, which are gone, those given.
+fn of_given_files(
+    mut errors: ConfigErrors,
+    arguments: &Arguments,
+    file: &Path,
+    out: &Path,
+) -> Failure {
+    for error in &mut errors.0 {
+        let given = match &arguments.plant {
+            Some(plant) if error.file == out.join(PLANT) => plant,
+            _ => file,
+        };
+        error.file = given.to_owned();
+        error.line = None;
+    }
+    errors.into()
 }
 
 fn part_of(module: &ModuleName) -> String {
@@ -337,8 +359,8 @@ fn module_text(
     Ok(format!("# Diagnoser of module `{name}`. Made by `trusswatch new`.\n{table}"))
 }
 
-/// Says what of a directory is missing or wrong.
-fn check(directory: &Path) -> Result<(), Failure> {
+/// The confirmation that a directory is complete, or what of it is missing or wrong.
+fn checked(directory: &Path) -> Result<String, Failure> {
     let plant = load_plant(&directory.join(PLANT), &PlantFlags::default())?;
     let mut mistakes = Vec::new();
     let mut files = Vec::new();
@@ -359,13 +381,10 @@ fn check(directory: &Path) -> Result<(), Failure> {
     let configs: String =
         files.iter().map(|file| format!(" --config {}", file.display())).collect();
     let plant = directory.join(PLANT);
-    let mut out = output::stdout();
-    writeln!(
-        out,
-        "{}: complete, {} diagnosers. Try:\n  trusswatch study run --plant {}{configs} --mismatch 0.1 --scenarios 60",
+    Ok(format!(
+        "{}: complete, {} diagnosers. Try:\n  trusswatch study run --plant {}{configs} --mismatch 0.1 --scenarios 60\n",
         directory.display(),
         files.len(),
         plant.display()
-    )?;
-    Ok(out.flush()?)
+    ))
 }

@@ -119,7 +119,11 @@ fn recover(arguments: &Arguments, from: &Path) -> Result<(), Failure> {
         let problems: String = problems.iter().map(|problem| format!("  {problem}\n")).collect();
         let (from, to) = (from.display(), to.display());
         format!("{from}: {ending}\n{problems}{to}: {messages} messages\n")
-    })
+    })?;
+    match messages {
+        0 => Err(Failure::input(format!("{}: no message could be recovered", from.display()))),
+        _ => Ok(()),
+    }
 }
 
 /// The JSON document of the summary.

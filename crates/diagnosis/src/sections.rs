@@ -1,6 +1,6 @@
 //! The settings of detection and isolation in a configuration file; all have defaults.
 
-use std::fmt::Debug;
+use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
@@ -67,12 +67,12 @@ impl DetectionSection {
     /// The settings that differ from another section: name, this value, other value.
     #[must_use]
     pub fn differences(&self, other: &Self) -> Vec<(&'static str, String, String)> {
-        fn differing<T: PartialEq + Debug>(
+        fn differing<T: PartialEq + Display>(
             name: &'static str,
             this: T,
             other: T,
         ) -> Option<(&'static str, String, String)> {
-            (this != other).then(|| (name, format!("{this:?}"), format!("{other:?}")))
+            (this != other).then(|| (name, this.to_string(), other.to_string()))
         }
         [
             differing("window", self.window, other.window),

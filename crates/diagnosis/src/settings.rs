@@ -1,5 +1,6 @@
 //! The settings of a diagnoser and the description of its module.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use serde::{Deserialize, Deserializer, Serialize};
@@ -136,8 +137,15 @@ impl Sampling {
     }
 }
 
-/// More noise is a mistake of the unit: gages of metal yield at some thousandths.
+/// More noise is a mistake of the unit: gages of metal yield at some thousandths. No gage has less.
+const NOISE_STRAIN: RangeInclusive<f64> = 1e-12..=LARGEST_NOISE_STRAIN;
 const LARGEST_NOISE_STRAIN: f64 = 0.01;
+/// Every loaded structure has larger strains than the least.
+const LARGEST_STRAIN: RangeInclusive<f64> = 1e-5..=1.0;
+/// No pressure gage measures more \[Pa\].
+const LARGEST_PRESSURE_PA: f64 = 1e10;
+/// Steps that a structural model can take \[s\].
+const STEP_S: RangeInclusive<f64> = 1e-6..=1.0;
 
 /// JSON writes what is not finite as `null`.
 pub(crate) fn infinite_if_none<'de, D: Deserializer<'de>>(
@@ -501,26 +509,28 @@ impl ModuleSetup {
                 problems.push(SetupError::Figure { name, value, expected: expected.into() });
             }
         };
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        let above_zero = "a finite number above 0";
-        require(positive(self.step_s), "step_s", self.step_s.to_string(), above_zero);
         let noise = self.gage_noise_strain;
-        let is_noise = positive(noise) && noise <= LARGEST_NOISE_STRAIN;
-        let noise_range =
-            format!("a number above 0 and up to {LARGEST_NOISE_STRAIN}: strain in m/m");
-        require(is_noise, "gage_noise_strain", noise.to_string(), &noise_range);
+        let is_noise = NOISE_STRAIN.contains(&noise);
+        let expected = "a number from 1e-12 to 0.01: strain in m/m";
+        require(is_noise, "gage_noise_strain", format!("{noise:?}"), expected);
         let SignalSettings { largest_strain, largest_pressure_pa } = self.signals;
-        let strain = largest_strain.to_string();
-        let is_strain = positive(largest_strain) && largest_strain <= 1.0;
-        require(is_strain, "largest_strain", strain, "a number above 0 and up to 1: strain in m/m");
+        let is_strain = LARGEST_STRAIN.contains(&largest_strain);
+        let expected = "a number from 1e-5 to 1: strain in m/m";
+        require(is_strain, "largest_strain", format!("{largest_strain:?}"), expected);
         if let Some(pressure) = largest_pressure_pa {
             let supply = self.hydraulics.map_or(0.0, |hydraulics| hydraulics.supply_pa);
             let more = match self.hydraulics {
-                Some(_) => format!("a finite number above supply_pa, {supply}"),
-                None => above_zero.to_owned(),
+                Some(_) => format!("a pressure above supply_pa, {supply}, and up to 1e10 Pa"),
+                None => "a pressure above 0 and up to 1e10 Pa".to_owned(),
             };
-            let ok = pressure.is_finite() && pressure > supply;
+            let ok = pressure <= LARGEST_PRESSURE_PA && pressure > supply;
             require(ok, "largest_pressure_pa", pressure.to_string(), &more);
+        }
+        let is_step = STEP_S.contains(&self.step_s);
+        require(is_step, "step_s", format!("{:?}", self.step_s), "a step from 1e-6 to 1 s");
+        // What follows is counted in steps.
+        if !is_step {
+            return problems;
         }
         let tie = self.isolation.tie_steps;
         let step_ms = 1e3 * self.step_s;

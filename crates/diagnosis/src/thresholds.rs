@@ -123,7 +123,7 @@ pub enum ThresholdProblem {
     },
     /// Made for another detection.
     #[error(
-        "made with `{setting}` {made_with}, but the module is configured with {used_with}; recalibrate or configure {made_with}"
+        "`{setting}` was {made_with} when these were made, but the module is configured with {used_with}; recalibrate or configure {made_with}"
     )]
     OtherDetection {
         /// The setting.
@@ -347,7 +347,13 @@ mod tests {
         let detection = DetectionSection { lag: 20, ..Default::default() };
         let found = problems(&thresholds(), &detection);
         assert_eq!(found.len(), 1);
-        assert!(found[0].contains("`lag` 5") && found[0].contains("with 20"), "{}", found[0]);
+        let sliding = Interval::Sliding { vectors: 400 };
+        let detection = DetectionSection { interval: sliding, ..Default::default() };
+        let found_of_interval = problems(&thresholds(), &detection);
+        let said = "`interval` was the latest 2000 residual vectors when these were made, but the module is configured with the \
+                    latest 400 residual vectors; recalibrate or configure the latest 2000 residual vectors";
+        assert_eq!(found_of_interval, [said]);
+        assert!(found[0].contains("`lag` was 5") && found[0].contains("with 20"), "{}", found[0]);
         let other = DetectionSection {
             window: 1,
             interval: Interval::Growing,

@@ -1,6 +1,7 @@
 //! Collects errors in a set of parameters, so that all are reported at once.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 /// A parameter outside its range.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -56,17 +57,19 @@ impl Checks {
         }
     }
 
-    pub(crate) fn positive(&mut self, parameter: &str, value: f64) {
-        self.require(parameter, value > 0.0 && value.is_finite(), value, "a finite number above 0");
-    }
-
-    pub(crate) fn not_negative(&mut self, parameter: &str, value: f64) {
-        self.require(
-            parameter,
-            value >= 0.0 && value.is_finite(),
-            value,
-            "a finite number of at least 0",
-        );
+    /// Records an error unless the value is in the range; beyond it is no structure, cylinder or weather.
+    pub(crate) fn within(
+        &mut self,
+        parameter: &str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        unit: &str,
+    ) {
+        let [least, largest] = [range.start(), range.end()].map(|end| format!("{end:e}"));
+        let ends = [&least, &largest].map(|end| end.trim_end_matches("e0"));
+        let expected = format!("{} to {} {unit}", ends[0], ends[1]);
+        let value_text = format!("{value:?}");
+        self.require(parameter, range.contains(&value), value_text, expected.trim_end());
     }
 
     pub(crate) fn finish(self) -> Result<(), ParameterErrors> {

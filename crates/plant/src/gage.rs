@@ -39,10 +39,10 @@ impl Default for GageParameters {
 
 impl GageParameters {
     pub(crate) fn check(&self, checks: &mut Checks) {
-        checks.positive("gages.noise_strain", self.noise_strain);
+        checks.within("gages.noise_strain", self.noise_strain, 1e-15..=0.01, "m/m");
         let small = (0.0..=0.2).contains(&self.gain_error);
         checks.require("gages.gain_error", small, self.gain_error, "a deviation from 0 to 0.2");
-        checks.not_negative("gages.quantum_strain", self.quantum_strain);
+        checks.within("gages.quantum_strain", self.quantum_strain, 0.0..=0.01, "m/m");
     }
 }
 

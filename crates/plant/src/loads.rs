@@ -43,13 +43,13 @@ impl Default for LoadParameters {
 
 impl LoadParameters {
     pub(crate) fn check(&self, checks: &mut Checks) {
-        checks.not_negative("loads.drag_coefficient", self.drag_coefficient);
-        checks.not_negative("loads.area_per_level_m2", self.area_per_level_m2);
-        checks.not_negative("loads.live_load_max_kg", self.live_load_max_kg);
+        checks.within("loads.drag_coefficient", self.drag_coefficient, 0.0..=1e3, "");
+        checks.within("loads.area_per_level_m2", self.area_per_level_m2, 0.0..=1e6, "m²");
+        checks.within("loads.live_load_max_kg", self.live_load_max_kg, 0.0..=1e9, "kg");
         let rate = self.live_load_changes_per_hour;
-        checks.not_negative("loads.live_load_changes_per_hour", rate);
-        checks.positive("loads.live_load_ramp_s", self.live_load_ramp_s);
-        checks.not_negative("loads.gravity_m_per_s2", self.gravity_m_per_s2);
+        checks.within("loads.live_load_changes_per_hour", rate, 0.0..=1e6, "1/h");
+        checks.within("loads.live_load_ramp_s", self.live_load_ramp_s, 1e-6..=1e6, "s");
+        checks.within("loads.gravity_m_per_s2", self.gravity_m_per_s2, 0.0..=1e3, "m/s²");
     }
 }
 

@@ -62,22 +62,26 @@ impl MovingLoad {
         };
         let lines = !self.paths.is_empty() && self.paths.iter().all(|path| path.len() >= 2);
         require("paths", lines, &self.paths, "one path or several, each of at least two nodes");
-        let is_load = |load: &f64| *load > 0.0 && load.is_finite();
+        let is_load = |load: &f64| (1e-6..=1e12).contains(load);
         let loads = !self.axles_n.is_empty() && self.axles_n.iter().all(is_load);
-        require("axles_n", loads, &self.axles_n, "a finite number above 0 for each axle");
+        require("axles_n", loads, &self.axles_n, "1e-6 to 1e12 N for each axle");
         let behind = &self.axles_behind_m;
-        let rises = behind.windows(2).all(|pair| pair[1] > pair[0] && pair[1].is_finite());
+        let rises = behind.windows(2).all(|pair| pair[1] > pair[0] && pair[1] <= 1e6);
         let fits = behind.len() == self.axles_n.len() && behind.first() == Some(&0.0) && rises;
-        let expected = "a distance for each axle of `axles_n`, rising from 0";
+        let expected = "a distance for each axle of `axles_n`, rising from 0, up to 1e6 m";
         require("axles_behind_m", fits, behind, expected);
         let ranges = [
-            ("speed_m_per_s", self.speed_m_per_s, f64::MIN_POSITIVE, "above 0"),
-            ("pause_s", self.pause_s, 0.0, "of at least 0"),
-            ("load_factor", self.load_factor, f64::MIN_POSITIVE, "above 0"),
+            ("speed_m_per_s", self.speed_m_per_s, 1e-3..=1e4, "m/s"),
+            ("pause_s", self.pause_s, 0.0..=1e9, "s"),
+            ("load_factor", self.load_factor, 1e-6..=1e6, ""),
         ];
-        for (key, [from, to], least, expected) in ranges {
-            let is_range = from >= least && from <= to && to.is_finite();
-            let expected = format!("two finite numbers {expected}, the smaller one first");
+        for (key, [from, to], range, unit) in ranges {
+            let is_range = from <= to && range.contains(&from) && range.contains(&to);
+            let (least, largest) = (range.start(), range.end());
+            let space = if unit.is_empty() { "" } else { " " };
+            let expected = format!(
+                "two numbers from {least:?} to {largest:?}{space}{unit}, the smaller one first"
+            );
             require(key, is_range, &[from, to], &expected);
         }
         let length = length(self.direction);

@@ -135,9 +135,14 @@ impl ControllerParameters {
             self.modes,
             "1 to 100 modes",
         );
-        checks.positive("controller.effort_weight", self.effort_weight);
-        checks.positive("controller.gage_noise_factor", self.gage_noise_factor);
-        checks.positive("controller.base_speed_m_per_s", self.base_speed_m_per_s);
+        checks.within("controller.effort_weight", self.effort_weight, 1e-20..=1e15, "1/N²");
+        checks.within("controller.gage_noise_factor", self.gage_noise_factor, 1e-3..=1e6, "");
+        checks.within(
+            "controller.base_speed_m_per_s",
+            self.base_speed_m_per_s,
+            0.01..=100.0,
+            "m/s",
+        );
     }
 }
 

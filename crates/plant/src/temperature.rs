@@ -48,11 +48,11 @@ impl Default for TemperatureParameters {
 
 impl TemperatureParameters {
     pub(crate) fn check(&self, checks: &mut Checks) {
-        checks.not_negative("temperature.expansion_per_k", self.expansion_per_k);
-        checks.not_negative("temperature.uniform_k", self.uniform_k);
-        checks.not_negative("temperature.columns_k", self.columns_k);
-        checks.not_negative("temperature.sun_k", self.sun_k);
-        checks.not_negative("temperature.members_k", self.members_k);
+        checks.within("temperature.expansion_per_k", self.expansion_per_k, 0.0..=0.01, "1/K");
+        checks.within("temperature.uniform_k", self.uniform_k, 0.0..=1e4, "K");
+        checks.within("temperature.columns_k", self.columns_k, 0.0..=1e4, "K");
+        checks.within("temperature.sun_k", self.sun_k, 0.0..=1e4, "K");
+        checks.within("temperature.members_k", self.members_k, 0.0..=1e4, "K");
     }
 
     /// Whether the temperature is always that of the description.

@@ -185,7 +185,11 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
     if address.contains([',', ';']) {
         return Err("write each endpoint by itself");
     }
-    let (host, port) = address.rsplit_once(':').ok_or("it has no port")?;
+    let no_port = "it has no port";
+    let (host, port) = address.rsplit_once(':').ok_or(no_port)?;
+    if address.starts_with('[') && port.ends_with(']') {
+        return Err(no_port);
+    }
     if let Some(bracketed) = host.strip_prefix('[') {
         let ip = bracketed.strip_suffix(']').ok_or("the bracket of its host is not closed")?;
         ip.parse::<Ipv6Addr>().map_err(|_| "the host in brackets is not an IPv6 address")?;
@@ -202,7 +206,7 @@ fn host_and_port(address: &str) -> Result<(), &'static str> {
     }
     let is_number = port.bytes().all(|byte| byte.is_ascii_digit());
     let port = port.parse::<u16>().ok().filter(|_| is_number);
-    port.map(|_| ()).ok_or("its port must be a number from 0 to 65535")
+    port.map(|_| ()).ok_or("its port must be a number from 1 to 65535")
 }
 
 /// A part of a name (RFC 952; underscores are common).
@@ -231,10 +235,13 @@ mod tests {
         }
         for (text, problem) in [
             ("tcp/127.0.0.1", "it has no port"),
-            ("tcp/127.0.0.1:", "its port must be a number from 0 to 65535"),
-            ("tcp/127.0.0.1:70000", "its port must be a number from 0 to 65535"),
-            ("tcp/127.0.0.1:+7447", "its port must be a number from 0 to 65535"),
-            ("tcp/127.0.0.1:7447 ", "its port must be a number from 0 to 65535"),
+            ("tcp/[::1]", "it has no port"),
+            ("tls/[2001:db8::7]", "it has no port"),
+            ("tcp/[::1]:", "its port must be a number from 1 to 65535"),
+            ("tcp/127.0.0.1:", "its port must be a number from 1 to 65535"),
+            ("tcp/127.0.0.1:70000", "its port must be a number from 1 to 65535"),
+            ("tcp/127.0.0.1:+7447", "its port must be a number from 1 to 65535"),
+            ("tcp/127.0.0.1:7447 ", "its port must be a number from 1 to 65535"),
             ("tcp/ 127.0.0.1:7447", "its host is neither an address nor a name"),
             ("tcp/*:7447", "its host is neither an address nor a name"),
             ("tcp/a..b:7447", "its host is neither an address nor a name"),

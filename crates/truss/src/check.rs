@@ -21,7 +21,8 @@ const LARGEST: f64 = 1e15;
 /// A permitted range of numbers.
 #[derive(Clone, Copy)]
 pub(crate) enum NumberRange {
-    Positive,
+    /// Beyond it the unit is wrong.
+    Within(f64, f64, &'static str),
     NotNegative,
     Finite,
     Poisson,
@@ -30,20 +31,25 @@ pub(crate) enum NumberRange {
 impl NumberRange {
     fn contains(self, value: f64) -> bool {
         match self {
-            NumberRange::Positive => value > 0.0 && value <= LARGEST,
+            NumberRange::Within(least, largest, _) => (least..=largest).contains(&value),
             NumberRange::NotNegative => (0.0..=LARGEST).contains(&value),
             NumberRange::Finite => value.abs() <= LARGEST,
             NumberRange::Poisson => value > -1.0 && value <= 0.5,
         }
     }
 
-    fn words(self) -> &'static str {
+    fn words(self) -> String {
         match self {
-            NumberRange::Positive => "a number above 0 and up to 1e15",
+            NumberRange::Within(least, largest, unit) => {
+                let [least, largest] = [least, largest].map(|end| format!("{end:e}"));
+                let least = least.trim_end_matches("e0");
+                return format!("{least} to {largest} {unit}").trim_end().to_owned();
+            }
             NumberRange::NotNegative => "a number from 0 to 1e15",
             NumberRange::Finite => "a number from -1e15 to 1e15",
             NumberRange::Poisson => "a number above -1 and up to 0.5",
         }
+        .to_owned()
     }
 }
 

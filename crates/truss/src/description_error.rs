@@ -38,7 +38,7 @@ pub enum DescriptionProblem {
         first: String,
     },
     /// A number outside its range.
-    #[error("`{quantity}` of {owner} is {value}; use {expected}")]
+    #[error("`{quantity}` of {owner} is {value:?}; use {expected}")]
     Number {
         /// The quantity.
         quantity: &'static str,
@@ -47,7 +47,7 @@ pub enum DescriptionProblem {
         /// The value.
         value: f64,
         /// What is expected.
-        expected: &'static str,
+        expected: String,
     },
     /// Both ends are at the same position.
     #[error(

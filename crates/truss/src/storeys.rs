@@ -89,7 +89,7 @@ fn generate(
 
 fn check_plan(check: &mut Check, Located { line, value }: &Located<StoreysDescription>) {
     let owner = "`[storeys]`";
-    check.number(*line, owner, ("height_m", value.height_m), NumberRange::Positive);
+    check.number(*line, owner, ("height_m", value.height_m), NumberRange::Within(1e-6, 1e6, "m"));
     check.number(*line, owner, ("mass_kg", value.mass_kg), NumberRange::NotNegative);
     for coordinate in value.corners_m.iter().flatten() {
         check.number(*line, owner, ("corners_m", *coordinate), NumberRange::Finite);

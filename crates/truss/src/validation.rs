@@ -189,7 +189,12 @@ fn node(
         check.number(line, &owner, ("position_m", coordinate), NumberRange::Finite);
     }
     check.number(line, &owner, ("mass_kg", value.mass_kg), NumberRange::NotNegative);
-    check.number(line, &owner, ("mass_factor", value.mass_factor), NumberRange::Positive);
+    check.number(
+        line,
+        &owner,
+        ("mass_factor", value.mass_factor),
+        NumberRange::Within(1e-9, 1e9, ""),
+    );
     Some(Node {
         name: check.name(line, NodeName::new(value.name))?,
         position_m: value.position_m,

@@ -28,7 +28,7 @@ pub trait Message: Serialize + DeserializeOwned + JsonSchema {
     /// What an error calls it, e.g. `sample`.
     const WHAT: &'static str;
 
-    /// Text that is not JSON as the message that its writer meant, if that is known.
+    /// Text that cannot be read as the message that its writer meant, if that is known.
     fn corrected(_text: &str) -> Option<String> {
         None
     }
@@ -119,12 +119,7 @@ pub fn decode<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     if let Some(message) = plainly_own(text) {
         return Ok(message);
     }
-    match read(text) {
-        Err(malformed @ DecodeError::Malformed(_)) => {
-            M::corrected(text).map_or(Err(malformed), |corrected| read(&corrected))
-        }
-        read => read,
-    }
+    read(text).or_else(|error| M::corrected(text).map_or(Err(error), |corrected| read(&corrected)))
 }
 
 fn read<M: Message>(text: &str) -> Result<M, DecodeError> {

@@ -3,6 +3,8 @@
 use study::{ResidualRecording, StepOrder};
 use vocabulary::{ComponentPath, Signal};
 
+use crate::export::RESIDUALS;
+
 /// The columns of a recording: the channels of some modules.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct ChannelColumns {
@@ -31,7 +33,7 @@ impl ChannelColumns {
             if let Some((path, _)) = paths.iter().zip(&found).find(|(_, name)| name.is_none()) {
                 let missing = Signal::Residual.column(path);
                 return Err(format!(
-                    "missing column `{missing}`; give all of a module's components"
+                    "missing column `{missing}`; give all of a module's components; {RESIDUALS}"
                 ));
             }
             columns.modules.push((place, paths.len()));
@@ -43,7 +45,7 @@ impl ChannelColumns {
                 format!(" like `{}`", Signal::Residual.column(path))
             });
             return Err(format!(
-                "no column is a residual of the modules; name the columns by components{example}"
+                "no column is a residual of the modules; name the columns by components{example}; {RESIDUALS}"
             ));
         }
         Ok(columns)

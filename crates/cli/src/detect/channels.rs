@@ -8,6 +8,7 @@ use diagnosis::detector::ChannelGroup;
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use vocabulary::{ComponentPath, Signal};
 
+use crate::export::RESIDUALS;
 use crate::failure::Failure;
 
 /// The channels of a module.
@@ -108,7 +109,7 @@ pub(super) fn columns(
         found.ok_or_else(|| {
             let known: Vec<_> = header.iter().map(|name| format!("`{name}`")).collect();
             let (missing, known) = (Signal::Residual.column(path), known.join(", "));
-            format!("missing column `{missing}`; the header has {known}")
+            format!("missing column `{missing}`; {RESIDUALS}; the header has {known}")
         })
     };
     modules.iter().flat_map(|module| &module.components).map(find).collect()

@@ -20,6 +20,10 @@ use crate::output;
 use crate::replay::read;
 pub(crate) use tables::{NamedTable, RecordedTables, is_recording, open_csv, tables_of_run};
 
+/// How tables come by the residuals that they lack.
+pub(crate) const RESIDUALS: &str =
+    "`trusswatch export FILE.mcap --csv DIR --residuals` writes the residuals of a recording";
+
 /// Write a recording as tables (CSV, or Parquet in a build for it), for pandas, MATLAB or a spreadsheet
 ///
 /// One table for each module and run, `MODULE-run-RUN`: a row for each step with demands, pressures and elongations by

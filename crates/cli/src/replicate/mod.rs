@@ -94,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         let peers = neighbourhood.peer_names(member);
         templates[kind].copied(copy, copies, &row.name, peers, network)?.write(&directory)?;
     }
+    directory.keep();
     let mut out = output::stdout();
     writeln!(
         out,

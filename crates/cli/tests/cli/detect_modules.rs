@@ -105,7 +105,12 @@ fn the_summary_names_the_modules() {
 fn a_column_that_is_missing_is_named() {
     let one = modules(&["module1.toml"]);
     let table = "step,module1/actuator/a1\n0,1\n";
-    detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2/residual`"]);
+    let hint =
+        "`trusswatch export FILE.mcap --csv DIR --residuals` writes the residuals of a recording";
+    detect(table, &one, &[]).fails(3, &["missing column `module1/actuator/a2/residual`", hint]);
+    // As `trusswatch export` writes without the flag.
+    let exported = "step,module1/actuator/a1/demand_n,module1/sensor/g1/elongation_m\n0,1,2\n";
+    detect(exported, &one, &[]).fails(3, &["module1/actuator/a1/residual`", hint]);
     let outcome = detect(table, &one, &["--columns", "step"]);
     outcome.fails(2, &["no module given has a component `step`", "`module1/sensor/g8`"]);
     let rows: String = (0..100).map(|step| format!("{step},{}\n", step % 7)).collect();

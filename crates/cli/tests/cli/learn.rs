@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::binary::run;
+use crate::binary::{repository, run};
 
 /// Uniform numbers from -1 to 1, the same everywhere (Knuth's linear congruential generator).
 struct Noise(u64);
@@ -168,4 +168,26 @@ fn what_is_missing_is_named() {
         .fails(3, &["no column of times tells the sampling rate; add --rate HZ"]);
     std::fs::write(&out, "change_threshold = 3\n").unwrap();
     run(&["detect", &file, "--config", &out]).fails(3, &["m.toml:", "missing field"]);
+}
+
+#[test]
+fn a_module_that_is_sampled_every_ten_minutes_has_a_valid_diagnoser() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = |name: &str| directory.path().join(name).display().to_string();
+    let tables = repository("crates/cli/walkthrough");
+    let healthy = ["may.csv", "june.csv", "july.csv"];
+    let healthy = healthy.map(|name| tables.join(name).display().to_string());
+    let mut arguments = vec!["learn"];
+    arguments.extend(healthy.iter().map(String::as_str));
+    let learned = path("learned.toml");
+    arguments.extend(["--out", &learned, "--inputs", "wind711", "--sensors", "wind721,wind736"]);
+    run(&arguments).succeeds();
+    let check = |step_s: &str| {
+        let head = "module = 'm'\nstructure_name = 'park'\nlearned = 'learned.toml'\n";
+        std::fs::write(path("m.toml"), format!("{head}step_s = {step_s}\n")).unwrap();
+        run(&["check", &path("m.toml")])
+    };
+    check("600.0").succeeds();
+    check("6000.0")
+        .fails(3, &["m.toml:4: `step_s` is 6000; use seconds above 0, at most the window"]);
 }

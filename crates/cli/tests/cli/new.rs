@@ -65,3 +65,27 @@ fn what_cannot_be_made_is_refused_before_anything_is_written() {
     run(&["new", "frame.toml"]).fails(2, &["--out"]);
     run(&["new", "--check", &path("bare")]).fails(3, &["plant.toml"]);
 }
+
+#[test]
+fn a_refusal_leaves_nothing_behind_and_the_corrected_description_is_accepted() {
+    let place = tempfile::tempdir().unwrap();
+    let path = |name: &str| place.path().join(name).display().to_string();
+    let (description, plant, out) = (path("frame.toml"), path("plant.toml"), path("made/frame"));
+    fs::write(&description, run(&["new", "--template", "frame"]).stdout).unwrap();
+    let make = |step_s: &str, out: &str, runs: &str| {
+        fs::write(&plant, format!("[plant]\nstep_s = {step_s}\n")).unwrap();
+        run(&["new", &description, "--out", out, "--plant", &plant, "--runs", runs])
+    };
+    let named = format!("{plant}: `step_s` is 50; use a step from");
+    make("50.0", &out, "10").fails(3, &[&named]);
+    assert!(!place.path().join("made").exists());
+    // Refused late, by the calibration.
+    make("5e-3", &out, "0").fails(2, &["--runs"]);
+    assert!(!place.path().join("made").exists());
+    let empty = path("empty");
+    fs::create_dir(&empty).unwrap();
+    make("50.0", &empty, "10").fails(3, &[&named]);
+    assert_eq!(fs::read_dir(&empty).unwrap().count(), 0, "an empty directory stays, empty");
+    let made = make("5e-3", &empty, "10");
+    assert_eq!(made.code, Some(0), "{}", made.stderr);
+}

@@ -37,3 +37,16 @@ fn what_cannot_be_recorded_or_recovered_is_named() {
     std::fs::write(&file, "this is no recording").unwrap();
     run(&["record", "--recover", file.to_str().unwrap()]).fails(3, &["no.mcap"]);
 }
+
+#[test]
+fn a_recording_of_which_nothing_can_be_recovered_is_no_success() {
+    let directory = TempDir::new().unwrap();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    let (whole, torn, mended) = (path("whole.mcap"), path("torn.mcap"), path("mended.mcap"));
+    write(whole.as_ref(), &published());
+    // Neither the first chunk nor the summary.
+    std::fs::write(&torn, &std::fs::read(&whole).unwrap()[..1000]).unwrap();
+    let outcome = run(&["record", "--recover", &torn, "--to", &mended]);
+    outcome.fails(3, &["torn.mcap: no message could be recovered"]);
+    assert!(outcome.stdout.contains(": 0 messages"), "{}", outcome.stdout);
+}

@@ -569,6 +569,9 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
     let DiagnoserFile { isolation, detection, step_s, .. } = written;
     detection.fit_to_step(*step_s, |key| is_open("detection", key));
     isolation.fit_to_step(*step_s, detection, |key| is_open("isolation", key));
+    if is_open("isolation", "hold_ms") {
+        isolation.hold_ms = isolation.hold_ms.min(60_000.0);
+    }
     // A message as often as at 1 kHz, or each step.
     let publish = &mut written.publish;
     for (key, every_steps) in [
@@ -579,17 +582,17 @@ fn fit_to_step(written: &mut DiagnoserFile, document: &SettingsFile) {
             *every_steps = (*every_steps as f64 / step_ms).round().clamp(1.0, 10_000.0) as u64;
         }
     }
-    // Nothing that comes each step is late after less than some steps.
+    // Nothing that comes each step is late after less than some steps. Slowly sampled modules get the largest that is allowed.
     let (queries, input) = (&mut written.queries, &mut written.input);
-    for (table, key, ms, steps) in [
-        ("queries", "timeout_ms", &mut queries.timeout_ms, 2.0),
-        ("queries", "hold_ms", &mut queries.hold_ms, 3.0),
-        ("input", "stale_after_ms", &mut input.stale_after_ms, 5.0),
-        ("input", "resync_after_ms", &mut input.resync_after_ms, 5.0),
-        ("input", "incumbent_ms", &mut input.incumbent_ms, 3.0),
+    for (table, key, ms, steps, largest) in [
+        ("queries", "timeout_ms", &mut queries.timeout_ms, 2.0, 10_000),
+        ("queries", "hold_ms", &mut queries.hold_ms, 3.0, 60_000),
+        ("input", "stale_after_ms", &mut input.stale_after_ms, 5.0, 3_600_000),
+        ("input", "resync_after_ms", &mut input.resync_after_ms, 5.0, 60_000),
+        ("input", "incumbent_ms", &mut input.incumbent_ms, 3.0, 60_000),
     ] {
         if is_open(table, key) {
-            *ms = (*ms).max((steps * step_ms).ceil() as u64);
+            *ms = (*ms).max((steps * step_ms).ceil() as u64).min(largest);
         }
     }
 }

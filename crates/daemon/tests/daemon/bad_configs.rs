@@ -110,7 +110,7 @@ fn thresholds_for_other_settings_are_refused_and_the_setting_is_named() {
     let copy = Copy::new();
     copy.spoil("module1.toml", "lag = 5 ", "lag = 12 ");
     let error = copy.module_errors();
-    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` 5"), "{error}");
+    assert!(error.contains("thresholds/module1.toml:") && error.contains("`lag` was 5"), "{error}");
     assert!(error.contains("configured with 12"), "{error}");
 }
 
@@ -221,6 +221,42 @@ fn mistakes_of_the_plant_are_reported_at_once() {
 }
 
 #[test]
+fn figures_that_no_module_has_are_named_with_line_range_and_unit() {
+    let copy = Copy::new();
+    let strain = copy.spoil("module1.toml", "largest_strain = 0.1", "largest_strain = 1e-9");
+    let noise =
+        copy.spoil("module1.toml", "gage_noise_strain = 0.3e-6", "gage_noise_strain = 1e-20");
+    let area = copy.spoil("module1.toml", "area_a_m2 = 1.3273e-2", "area_a_m2 = 1e-300");
+    let error = copy.module_errors();
+    for (line, problem) in [
+        (strain, "`largest_strain` is 1e-9; use a number from 1e-5 to 1: strain in m/m"),
+        (noise, "`gage_noise_strain` is 1e-20; use a number from 1e-12 to 0.01"),
+        (area, "`area_a_m2` is 1e-300; use 1e-8 to 1e2 m²"),
+    ] {
+        assert!(error.contains(&format!("module1.toml:{line}: ")), "{line} {error}");
+        assert!(error.contains(problem), "{problem}: {error}");
+    }
+    let copy = Copy::new();
+    let area =
+        copy.spoil("plant.toml", "[network]", "[plant.gages]\nnoise_strain = 1e-20\n[network]") + 1;
+    let error = copy.plant_errors(&PlantFlags::default());
+    let said = format!("plant.toml:{area}: `gages.noise_strain` is 1e-20; use 1e-15 to 1e-2 m/m");
+    assert!(error.contains(&said), "{error}");
+}
+
+#[test]
+fn a_step_that_no_module_has_is_named_and_not_what_follows_from_it() {
+    for step_s in ["10.0", "100.0", "1e-9", "-1.0", "nan"] {
+        let copy = Copy::new();
+        let line = copy.spoil("module1.toml", "step_s = 1e-3", &format!("step_s = {step_s}"));
+        let error = copy.module_errors();
+        assert!(error.contains(&format!("module1.toml:{line}: `step_s` is ")), "{error}");
+        assert!(error.contains("use a step from 1e-6 to 1 s"), "{error}");
+        assert!(!error.contains("_ms"), "{error}");
+    }
+}
+
+#[test]
 fn a_speed_that_is_none_is_refused_with_what_would_be_right() {
     let copy = Copy::new();
     let line = copy.spoil("plant.toml", "\"real\"\n", "\"fast\"\n");
@@ -257,17 +293,6 @@ fn what_a_file_says_forges_no_further_line() {
     copy.spoil("module1.toml", "[publish]", "\"a\\nERROR b\" = 1\n[publish]");
     let error = copy.module_errors();
     assert!(error.contains("ERROR b") && error.lines().count() == 1, "{error}");
-}
-
-#[test]
-fn parameters_without_a_controller_are_refused_with_a_line() {
-    let copy = Copy::new();
-    let text = std::fs::read_to_string(copy.path("plant.toml")).unwrap();
-    let line = 1 + text.lines().position(|line| line == "[plant]").unwrap();
-    let text = format!("{text}\n[plant.loads]\ndrag_coefficient = 1e124\n");
-    std::fs::write(copy.path("plant.toml"), text).unwrap();
-    let error = copy.plant_errors(&PlantFlags::default());
-    assert!(error.contains(&format!("plant.toml:{line}: no controller")), "{error}");
 }
 
 #[test]

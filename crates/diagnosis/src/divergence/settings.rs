@@ -1,5 +1,7 @@
 //! What tunes the divergence of a channel.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 /// Largest window that is accepted; the cost of a step grows with its square.
@@ -29,6 +31,15 @@ impl Interval {
         match self {
             Interval::Growing => None,
             Interval::Sliding { vectors } => Some(vectors),
+        }
+    }
+}
+
+impl fmt::Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Interval::Growing => f.write_str("all residual vectors since the start"),
+            Interval::Sliding { vectors } => write!(f, "the latest {vectors} residual vectors"),
         }
     }
 }

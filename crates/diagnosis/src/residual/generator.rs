@@ -5,6 +5,8 @@
 //! - sensors: r = y − ζ, with ζ from the local model driven by the module's observed forces and
 //!   nominal gain 1 (eq. 14; with the faulty gain a zero output would cancel itself).
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 use truss::{ModalStepper, ModelError, Structure};
 
@@ -33,6 +35,15 @@ pub enum ActuatorResidual {
     /// F̂(u) − F_act.
     #[default]
     Tracking,
+}
+
+impl fmt::Display for ActuatorResidual {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ActuatorResidual::Demand => "`demand`",
+            ActuatorResidual::Tracking => "`tracking`",
+        })
+    }
 }
 
 /// What drives the models at a step.

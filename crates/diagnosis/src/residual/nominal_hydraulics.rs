@@ -37,12 +37,12 @@ fn quarter() -> f64 {
 
 /// A figure that cannot be right.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("`{name}` is {value}; use {expected}")]
+#[error("`{name}` is {value:?}; use {expected}")]
 pub struct HydraulicsError {
     /// The figure's name.
     pub name: &'static str,
     value: f64,
-    expected: &'static str,
+    expected: String,
 }
 
 impl NominalHydraulics {
@@ -104,31 +104,39 @@ impl NominalHydraulics {
     /// Every figure that cannot be right.
     #[must_use]
     pub fn problems(&self) -> Vec<HydraulicsError> {
-        let expected = "a finite number above 0";
-        let values = [
-            self.area_a_m2,
-            self.area_b_m2,
-            self.volume_a_m3,
-            self.volume_b_m3,
-            self.bulk_modulus_pa,
-            self.force_gain_m3_per_s_n,
-            self.valve_flow_m3_per_s,
-            self.supply_pa,
-            self.tank_pa,
-            self.pressure_noise_pa,
+        let figures = [
+            (self.area_a_m2, 1e-8..=100.0, "m²"),
+            (self.area_b_m2, 1e-8..=100.0, "m²"),
+            (self.volume_a_m3, 1e-12..=1e3, "m³"),
+            (self.volume_b_m3, 1e-12..=1e3, "m³"),
+            (self.bulk_modulus_pa, 1e6..=1e11, "Pa"),
+            (self.force_gain_m3_per_s_n, 1e-18..=1.0, "m³/s per N"),
+            (self.valve_flow_m3_per_s, 1e-12..=100.0, "m³/s"),
+            (self.supply_pa, 1e3..=1e9, "Pa"),
+            (self.tank_pa, 1e-3..=1e9, "Pa"),
+            (self.pressure_noise_pa, 1e-3..=1e8, "Pa"),
         ];
         let mut problems: Vec<_> = Self::REQUIRED
             .into_iter()
-            .zip(values)
-            .filter(|(_, value)| !(value.is_finite() && *value > 0.0))
-            .map(|(name, value)| HydraulicsError { name, value, expected })
+            .zip(figures)
+            .filter(|(_, (value, range, _))| !range.contains(value))
+            .map(|(name, (value, range, unit))| {
+                let [least, largest] = [range.start(), range.end()].map(|end| format!("{end:e}"));
+                let ends = [&least, &largest].map(|end| end.trim_end_matches("e0"));
+                let expected = format!("{} to {} {unit}", ends[0], ends[1]);
+                HydraulicsError { name, value, expected }
+            })
             .collect();
         if !(0.0..1.0).contains(&self.speed_uncertainty) {
             let (name, value) = ("speed_uncertainty", self.speed_uncertainty);
-            problems.push(HydraulicsError { name, value, expected: "0 or more, and less than 1" });
+            problems.push(HydraulicsError {
+                name,
+                value,
+                expected: "0 or more, and less than 1".to_owned(),
+            });
         }
         if problems.is_empty() && self.tank_pa >= self.supply_pa {
-            let expected = "less than the supply pressure";
+            let expected = "less than the supply pressure".to_owned();
             problems.push(HydraulicsError { name: "tank_pa", value: self.tank_pa, expected });
         }
         problems

@@ -150,23 +150,28 @@ impl HydraulicParameters {
     }
 
     pub(crate) fn check(&self, step_s: f64, checks: &mut Checks) {
-        for (name, value) in [
-            ("hydraulics.area_a_m2", self.area_a_m2),
-            ("hydraulics.area_b_m2", self.area_b_m2),
-            ("hydraulics.volume_a_m3", self.volume_a_m3),
-            ("hydraulics.volume_b_m3", self.volume_b_m3),
-            ("hydraulics.bulk_modulus_pa", self.bulk_modulus_pa),
-            ("hydraulics.oil_density_kg_per_m3", self.oil_density_kg_per_m3),
-            ("hydraulics.valve_flow_m3_per_s", self.valve_flow_m3_per_s),
-            ("hydraulics.force_gain_m3_per_s_per_n", self.force_gain_m3_per_s_per_n),
-            ("hydraulics.demand_limit_n", self.demand_limit_n),
+        for (name, value, range, unit) in [
+            ("hydraulics.area_a_m2", self.area_a_m2, 1e-8..=100.0, "m²"),
+            ("hydraulics.area_b_m2", self.area_b_m2, 1e-8..=100.0, "m²"),
+            ("hydraulics.volume_a_m3", self.volume_a_m3, 1e-12..=1e3, "m³"),
+            ("hydraulics.volume_b_m3", self.volume_b_m3, 1e-12..=1e3, "m³"),
+            ("hydraulics.bulk_modulus_pa", self.bulk_modulus_pa, 1e6..=1e11, "Pa"),
+            ("hydraulics.oil_density_kg_per_m3", self.oil_density_kg_per_m3, 1.0..=1e5, "kg/m³"),
+            ("hydraulics.valve_flow_m3_per_s", self.valve_flow_m3_per_s, 1e-12..=100.0, "m³/s"),
+            (
+                "hydraulics.force_gain_m3_per_s_per_n",
+                self.force_gain_m3_per_s_per_n,
+                1e-18..=1.0,
+                "m³/s per N",
+            ),
+            ("hydraulics.demand_limit_n", self.demand_limit_n, 1e-6..=1e12, "N"),
         ] {
-            checks.positive(name, value);
+            checks.within(name, value, range, unit);
         }
-        checks.not_negative("hydraulics.tank_pa", self.tank_pa);
-        checks.not_negative("hydraulics.ambient_pa", self.ambient_pa);
-        checks.not_negative("hydraulics.pressure_noise_pa", self.pressure_noise_pa);
-        checks.not_negative("hydraulics.pressure_drift_pa", self.pressure_drift_pa);
+        checks.within("hydraulics.tank_pa", self.tank_pa, 0.0..=1e9, "Pa");
+        checks.within("hydraulics.ambient_pa", self.ambient_pa, 0.0..=1e9, "Pa");
+        checks.within("hydraulics.pressure_noise_pa", self.pressure_noise_pa, 0.0..=1e8, "Pa");
+        checks.within("hydraulics.pressure_drift_pa", self.pressure_drift_pa, 0.0..=1e9, "Pa");
         checks.require(
             "hydraulics.null_flow_m3_per_s",
             (0.0..=0.2 * self.valve_flow_m3_per_s).contains(&self.null_flow_m3_per_s),
@@ -193,9 +198,9 @@ impl HydraulicParameters {
         let floor = self.tank_pa.max(self.ambient_pa);
         checks.require(
             "hydraulics.supply_pa",
-            self.supply_pa > floor && self.supply_pa.is_finite(),
+            self.supply_pa > floor && self.supply_pa <= 1e9,
             self.supply_pa,
-            "a pressure above those of the tank and of the environment",
+            "a pressure above those of the tank and of the environment, up to 1e9 Pa",
         );
         for (name, value) in
             [("hydraulics.rest_a_pa", self.rest_a_pa), ("hydraulics.rest_b_pa", self.rest_b_pa)]

@@ -122,31 +122,41 @@ impl WindParameters {
             direction,
             "an angle within ±360°",
         );
-        checks.positive("wind.roughness_length_m", self.roughness_length_m);
+        checks.within("wind.roughness_length_m", self.roughness_length_m, 1e-6..=100.0, "m");
         checks.require(
             "wind.lowest_height_m",
-            self.lowest_height_m > self.roughness_length_m && self.lowest_height_m.is_finite(),
+            self.lowest_height_m > self.roughness_length_m && self.lowest_height_m <= 1e4,
             self.lowest_height_m,
-            "a height above the roughness length",
+            "a height above the roughness length, up to 1e4 m",
         );
         self.check_turbulence(checks);
-        checks.positive("wind.air_density_kg_per_m3", self.air_density_kg_per_m3);
+        checks.within(
+            "wind.air_density_kg_per_m3",
+            self.air_density_kg_per_m3,
+            1e-3..=2e3,
+            "kg/m³",
+        );
     }
 
     fn check_turbulence(&self, checks: &mut Checks) {
-        checks.positive("wind.turbulence_length_m", self.turbulence_length_m);
-        checks.not_negative("wind.turbulence_length_exponent", self.turbulence_length_exponent);
-        checks.not_negative("wind.gust_factor", self.gust_factor);
-        checks.not_negative("wind.lateral_power_share", self.lateral_power_share);
-        checks.not_negative("wind.coherence_decay", self.coherence_decay);
-        checks.not_negative("wind.fade_in_s", self.fade_in_s);
+        checks.within("wind.turbulence_length_m", self.turbulence_length_m, 0.01..=1e5, "m");
+        checks.within(
+            "wind.turbulence_length_exponent",
+            self.turbulence_length_exponent,
+            0.0..=10.0,
+            "",
+        );
+        checks.within("wind.gust_factor", self.gust_factor, 0.0..=1e3, "");
+        checks.within("wind.lateral_power_share", self.lateral_power_share, 0.0..=1e3, "");
+        checks.within("wind.coherence_decay", self.coherence_decay, 0.0..=1e6, "");
+        checks.within("wind.fade_in_s", self.fade_in_s, 0.0..=1e6, "s");
         checks.require(
             "wind.lines",
             (1..=10_000).contains(&self.lines),
             self.lines,
             "1 to 10000 lines",
         );
-        checks.positive("wind.lowest_frequency_hz", self.lowest_frequency_hz);
+        checks.within("wind.lowest_frequency_hz", self.lowest_frequency_hz, 1e-6..=10.0, "Hz");
         checks.require(
             "wind.highest_frequency_hz",
             self.highest_frequency_hz > self.lowest_frequency_hz

@@ -73,7 +73,12 @@ fn member(
     context: &MemberContext<'_>,
 ) -> Option<Member> {
     let owner = format!("member `{}`", value.name);
-    check.number(line, &owner, ("stiffness_factor", value.stiffness_factor), NumberRange::Positive);
+    check.number(
+        line,
+        &owner,
+        ("stiffness_factor", value.stiffness_factor),
+        NumberRange::Within(1e-9, 1e9, ""),
+    );
     let name = check.name(line, MemberName::new(value.name.clone()));
     let section = check.find(&context.sections.names, line, &owner, &value.section);
     let (length_m, axis) = span(check, line, &value, ends, context)?;

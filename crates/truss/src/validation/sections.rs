@@ -59,10 +59,10 @@ fn material(
     entry.name = Some(name.to_owned());
     let Located { line, value } = check.entry(names, entry)?;
     let owner = format!("material `{name}`");
-    check.number(line, &owner, ("young_pa", value.young_pa), NumberRange::Positive);
+    check.number(line, &owner, ("young_pa", value.young_pa), NumberRange::Within(1e3, 1e13, "Pa"));
     check.number(line, &owner, ("poisson", value.poisson), NumberRange::Poisson);
     let density = ("density_kg_per_m3", value.density_kg_per_m3);
-    check.number(line, &owner, density, NumberRange::NotNegative);
+    check.number(line, &owner, density, NumberRange::Within(0.0, 1e6, "kg/m³"));
     Some((check.name(line, MaterialName::new(name))?, value))
 }
 
@@ -76,7 +76,7 @@ fn section(
     let section = check.entry(names, entry)?;
     let (line, value) = (section.line, &section.value);
     let owner = format!("section `{name}`");
-    check.number(line, &owner, ("area_m2", value.area_m2), NumberRange::Positive);
+    check.number(line, &owner, ("area_m2", value.area_m2), NumberRange::Within(1e-10, 1e4, "m²"));
     let moments = [
         ("second_moment_y_m4", value.second_moment_y_m4),
         ("second_moment_z_m4", value.second_moment_z_m4),
@@ -84,9 +84,12 @@ fn section(
     ];
     for (quantity, moment) in moments {
         match (value.kind, moment) {
-            (_, Some(moment)) => {
-                check.number(line, &owner, (quantity, moment), NumberRange::Positive)
-            }
+            (_, Some(moment)) => check.number(
+                line,
+                &owner,
+                (quantity, moment),
+                NumberRange::Within(1e-20, 1e8, "m⁴"),
+            ),
             (SectionKind::Rod, None) => {}
             (SectionKind::Beam, None) => {
                 check.form(
