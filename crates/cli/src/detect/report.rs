@@ -47,7 +47,7 @@ impl<W: Write> DetectionReport<'_, W> {
             if leavings > 0 {
                 writeln!(
                     self.out,
-                    "\nearlier changes that left the interval, not counted: {leavings}"
+                    "\nwhat left the interval again, also of the warm-up, not counted as changes: {leavings}"
                 )?;
             }
         }

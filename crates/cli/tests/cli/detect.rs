@@ -320,7 +320,7 @@ fn a_change_that_leaves_the_interval_is_not_counted() {
     let cells: Vec<&str> = line.split_whitespace().collect();
     assert_eq!(cells[4], "1", "{line}");
     assert!(cells[5].parse::<u32>().unwrap().abs_diff(300) < 10, "{line}");
-    assert!(outcome.stdout.contains("left the interval, not counted: 1"), "{}", outcome.stdout);
+    assert!(outcome.stdout.contains("not counted as changes: 1"), "{}", outcome.stdout);
     let json = run_with(&table, &[&arguments[..], &flags, &["--json"]].concat());
     let leaving = |row: &Value| row["channels"]["x"]["leaving"] == true;
     assert!(rows(&json).iter().any(leaving));

@@ -153,3 +153,20 @@ impl Live {
         self.session.borrow().clone()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::future::pending;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn before_anything_is_heard_the_expected_modules_are_shown() {
+        let module: ModuleName = "m9".parse().unwrap();
+        let open = pending::<Result<Session, Infallible>>;
+        let live = Live::start(open, Some("tower".parse().unwrap()), vec![module.clone()]);
+        let scene = live.scene();
+        assert_eq!(scene.network, NetworkState::Opening);
+        assert!(scene.modules.iter().any(|view| view.module == module), "{scene:?}");
+    }
+}

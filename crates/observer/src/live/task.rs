@@ -91,7 +91,11 @@ impl Show {
         events: broadcast::Sender<Arc<ObservedEvent>>,
     ) -> Self {
         let known = Structures::new(structure, expected);
-        Self { known, asks, scenes, events, number: 0, shown: Instant::now(), changed: true }
+        let shown = Instant::now();
+        let mut show = Self { known, asks, scenes, events, number: 0, shown, changed: true };
+        // Before anything is heard, the expected modules are unknown.
+        show.now();
+        show
     }
 
     fn now(&mut self) {
