@@ -35,5 +35,5 @@ pub use pending_replies::{PendingOrder, PendingReplies, UNAWAITED};
 pub use record::{JOURNAL_VERSION, JournalRecord, WatchedSteps, check_version};
 pub use recovery::{RecoveryAttempt, RecoveryRetries, SampleRecovery};
 pub use sequencer::{ReceivedSample, SampleSize, Sequencer, SequencerStep};
-pub use staleness::{Moment, NO_SAMPLE_YET, RecentRefusals, Staleness};
+pub use staleness::{ClockReading, NO_SAMPLE_YET, RecentRefusals, Staleness};
 pub use write_queue::{WriteBatch, WriteQueue};

@@ -20,7 +20,7 @@ pub struct Staleness {
     published: Option<ModulePhase>,
     /// The components that are not monitored, as published, and since when that is so.
     not_monitored: BTreeMap<ComponentPath, LostComponent>,
-    changed: Option<Moment>,
+    changed: Option<ClockReading>,
 }
 
 /// A component is reported as monitored again after it has been monitored for this time, so that one that is monitored
@@ -31,12 +31,12 @@ const MONITORED_AGAIN_AFTER: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 struct LostComponent {
     reason: String,
-    monitored_since: Option<Moment>,
+    monitored_since: Option<ClockReading>,
 }
 
-/// A point in time, as published.
+/// The clocks and the latest step at one moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Moment {
+pub struct ClockReading {
     /// On the monotonic clock.
     pub at: Instant,
     /// On the system clock \[ns since 1970\].
@@ -103,12 +103,12 @@ impl Staleness {
     }
 
     /// Records which components are not monitored. If that is to be published, returns since when it is so: a loss at
-    /// once, a return after [`MONITORED_AGAIN_AFTER`]. Only a module in service has such components.
+    /// once, a return after ten seconds. Only a module in service has such components.
     pub fn change_of_monitored(
         &mut self,
         not_monitored: &BTreeMap<ComponentPath, String>,
-        now: Moment,
-    ) -> Option<Moment> {
+        now: ClockReading,
+    ) -> Option<ClockReading> {
         let is_known = |component| self.not_monitored.contains_key(component);
         let loss = not_monitored.keys().any(|component| !is_known(component)).then_some(now);
         for (component, lost) in &mut self.not_monitored {
@@ -134,7 +134,7 @@ impl Staleness {
     }
 
     /// The components that are not monitored, as published, and why. They include those that have been monitored again
-    /// for less than [`MONITORED_AGAIN_AFTER`].
+    /// for less than ten seconds.
     #[must_use]
     pub fn not_monitored(&self) -> BTreeMap<ComponentPath, String> {
         let lost = self.not_monitored.iter();
@@ -285,10 +285,10 @@ mod tests {
         published
     }
 
-    fn moment(start: Instant, tick: u64) -> Moment {
+    fn moment(start: Instant, tick: u64) -> ClockReading {
         let after = Duration::from_millis(500 * tick);
         let time_unix_ns = u64::try_from(after.as_nanos()).unwrap();
-        Moment { at: start + after, time_unix_ns, step: Some(Step(tick)) }
+        ClockReading { at: start + after, time_unix_ns, step: Some(Step(tick)) }
     }
 
     const ALL_AGAIN: &str = "all components are monitored again";

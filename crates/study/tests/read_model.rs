@@ -9,7 +9,9 @@ use std::time::{Duration, Instant};
 use diagnosis::messages::Speaker;
 use diagnosis::{GivenOrder, GivenOrderKind, Span};
 use observer::{Journals, ModuleHistory, ModuleView, NetworkState, News, StateRow, Structures};
-use process::{ComponentStore, JournalRecord, Moment, NO_SAMPLE_YET, RecentRefusals, Staleness};
+use process::{
+    ClockReading, ComponentStore, JournalRecord, NO_SAMPLE_YET, RecentRefusals, Staleness,
+};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
@@ -85,7 +87,7 @@ impl Process {
         let of_diagnoser = self.last_sample.map_or(ModulePhase::Waiting, |_| diagnoser.phase());
         let phase = self.staleness.phase(of_diagnoser);
         let reason = self.staleness.reason(phase, &RecentRefusals::default(), at);
-        let present = Moment { at, time_unix_ns: unix_ns(now), step: diagnoser.last_step() };
+        let present = ClockReading { at, time_unix_ns: unix_ns(now), step: diagnoser.last_step() };
         let (before, not_monitored, since) = match self.staleness.change_to(phase) {
             Some(before) => {
                 self.store.monitored(phase, reason.clone(), unix_ns(now));

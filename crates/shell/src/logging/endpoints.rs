@@ -60,9 +60,9 @@ pub(super) fn note(words: &str, now: Instant) {
     let news = OUTAGES.lock().note(words, now);
     let connected = |endpoint| tracing::info!("connected to {endpoint}");
     match news {
-        Some(News::Lost(lost)) => tracing::warn!("{lost}; trying again"),
-        Some(News::Connected(endpoint)) => connected(endpoint),
-        Some(News::Linked { endpoint, address, others }) => {
+        Some(EndpointNews::Lost(lost)) => tracing::warn!("{lost}; trying again"),
+        Some(EndpointNews::Connected(endpoint)) => connected(endpoint),
+        Some(EndpointNews::Linked { endpoint, address, others }) => {
             match close_links_to(address, &others) {
                 Ok(0) => {
                     if OUTAGES.lock().end(&endpoint).is_some() {
@@ -114,7 +114,7 @@ fn peer_of(file: RawFd) -> Option<SocketAddr> {
 
 /// What Zenoh's words say of an endpoint.
 #[derive(Debug, PartialEq)]
-enum News {
+enum EndpointNews {
     /// An outage is to be logged.
     Lost(String),
     /// The end of a logged outage of this endpoint.
@@ -133,7 +133,7 @@ impl Outages {
         Self { outages: BTreeMap::new(), connected: BTreeSet::new() }
     }
 
-    fn note(&mut self, words: &str, now: Instant) -> Option<News> {
+    fn note(&mut self, words: &str, now: Instant) -> Option<EndpointNews> {
         if let Some((_, endpoint)) = words.split_once("Successfully connected to configured peer ")
         {
             self.connected.insert(endpoint.to_owned());
@@ -154,7 +154,7 @@ impl Outages {
         if let Some(address) = address {
             outage.reason = if is_same { String::new() } else { reason };
             let others = self.connected.iter().cloned().collect();
-            return is_same.then(|| News::Linked {
+            return is_same.then(|| EndpointNews::Linked {
                 endpoint: endpoint.to_owned(),
                 address,
                 others,
@@ -167,13 +167,15 @@ impl Outages {
         let is_due = is_refused || now.duration_since(outage.since) >= PATIENCE;
         let is_news = is_due && !outage.is_logged;
         outage.is_logged |= is_due;
-        is_news.then(|| News::Lost(no_connection(endpoint, &outage.reason)))
+        is_news.then(|| EndpointNews::Lost(no_connection(endpoint, &outage.reason)))
     }
 
     /// The end of an outage.
-    fn end(&mut self, endpoint: &str) -> Option<News> {
+    fn end(&mut self, endpoint: &str) -> Option<EndpointNews> {
         let ended = self.outages.remove(endpoint);
-        ended.filter(|outage| outage.is_logged).map(|_| News::Connected(endpoint.to_owned()))
+        ended
+            .filter(|outage| outage.is_logged)
+            .map(|_| EndpointNews::Connected(endpoint.to_owned()))
     }
 
     fn logged(&self) -> Vec<String> {
@@ -232,11 +234,14 @@ mod tests {
         for words in [REFUSED, UNKNOWN] {
             assert!([0, 1, 4].into_iter().all(|s| note(words, s).is_none()), "it may come");
         }
-        assert_eq!(note(REFUSED, 5), Some(News::Lost(refused.clone())));
-        assert_eq!(note(UNKNOWN, 6), Some(News::Lost(unknown.clone())));
+        assert_eq!(note(REFUSED, 5), Some(EndpointNews::Lost(refused.clone())));
+        assert_eq!(note(UNKNOWN, 6), Some(EndpointNews::Lost(unknown.clone())));
         assert!((7..7000).all(|s| note(REFUSED, s).is_none() && note(UNKNOWN, s).is_none()));
         let connected = "Successfully connected to configured peer tcp/127.0.0.1:1";
-        assert_eq!(note(connected, 7000), Some(News::Connected("tcp/127.0.0.1:1".to_owned())));
+        assert_eq!(
+            note(connected, 7000),
+            Some(EndpointNews::Connected("tcp/127.0.0.1:1".to_owned()))
+        );
         assert_eq!(note(connected, 7001), None);
         assert!(note(REFUSED, 8000).is_none(), "another outage has time of its own");
         assert_eq!(outages.logged(), [unknown]);
@@ -246,12 +251,14 @@ mod tests {
     fn a_foreign_process_is_logged_at_once_and_another_reason_again() {
         let (mut outages, now) = (Outages::new(), Instant::now());
         let foreign = "no connection to tls/a:1: invalid peer certificate: UnknownIssuer";
-        assert_eq!(outages.note(FOREIGN, now), Some(News::Lost(foreign.to_owned())));
+        assert_eq!(outages.note(FOREIGN, now), Some(EndpointNews::Lost(foreign.to_owned())));
         assert_eq!(outages.note(FOREIGN, now), None);
         let expired =
             FOREIGN.replace("UnknownIssuer", "certificate expired: verification time 1795 (UNIX)");
         let expired_later = expired.replace("1795", "1796");
-        let Some(News::Lost(logged)) = outages.note(&expired, now) else { panic!("not logged") };
+        let Some(EndpointNews::Lost(logged)) = outages.note(&expired, now) else {
+            panic!("not logged")
+        };
         assert!(logged.ends_with("certificate expired"), "{logged}");
         assert_eq!(outages.note(&expired_later, now), None);
     }
@@ -272,8 +279,8 @@ mod tests {
         let later = linked.replace("44886", "44888");
         let (endpoint, address) = ("tcp/b:2".to_owned(), "10.0.0.2:2".parse().unwrap());
         let others = vec!["tcp/b:1".to_owned()];
-        assert_eq!(note(&later, 8), Some(News::Linked { endpoint, address, others }));
-        assert_eq!(outages.end("tcp/b:2"), Some(News::Connected("tcp/b:2".to_owned())));
+        assert_eq!(note(&later, 8), Some(EndpointNews::Linked { endpoint, address, others }));
+        assert_eq!(outages.end("tcp/b:2"), Some(EndpointNews::Connected("tcp/b:2".to_owned())));
         assert_eq!(outages.logged(), Vec::<String>::new());
     }
 

@@ -19,7 +19,7 @@ use std::time::Duration;
 use diagnosis::messages::Speaker;
 use diagnosis::{Action, Diagnoser, Event};
 use process::{
-    Moment, PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness,
+    ClockReading, PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness,
     UNAWAITED, WatchedSteps,
 };
 use shell::clock;
@@ -434,9 +434,9 @@ impl DiagnosisLoop {
         self.publish_phase(Some(ModulePhase::InService), not_monitored, reason, since);
     }
 
-    fn moment(&self) -> Moment {
+    fn moment(&self) -> ClockReading {
         let step = self.diagnoser.last_step();
-        Moment { at: std::time::Instant::now(), time_unix_ns: clock::unix_ns(), step }
+        ClockReading { at: std::time::Instant::now(), time_unix_ns: clock::unix_ns(), step }
     }
 
     fn publish_phase(
@@ -444,10 +444,10 @@ impl DiagnosisLoop {
         before: Option<ModulePhase>,
         not_monitored: BTreeMap<ComponentPath, String>,
         reason: String,
-        since: Moment,
+        since: ClockReading,
     ) {
         let phase = self.staleness.phase(self.diagnoser.phase());
-        let Moment { step, time_unix_ns, .. } = since;
+        let ClockReading { step, time_unix_ns, .. } = since;
         tracing::info!(phase = phase.as_str(), step = ?step.map(|step| step.0), "{reason}");
         let Speaker { structure, module, .. } = self.executor.speaker.clone();
         let run = self.diagnoser.run();
