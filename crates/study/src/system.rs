@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, SignalSettings};
-use plant::PlantParameters;
+use plant::{HydraulicParameters, PlantParameters};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -195,7 +195,7 @@ pub fn missing_cylinder_size(
 ) -> Result<f64, StudyError> {
     let limit_n = parameters.hydraulics.demand_limit_n;
     let mut unlimited = parameters.clone();
-    unlimited.hydraulics.demand_limit_n = f64::MAX;
+    unlimited.hydraulics.demand_limit_n = HydraulicParameters::NO_DEMAND_LIMIT_N;
     let mut largest_n: f64 = 0.0;
     for seed in PROBED_PLANTS {
         let mut plant = plant(structure, &unlimited, 0.1, seed)?;

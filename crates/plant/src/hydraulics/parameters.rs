@@ -73,6 +73,9 @@ impl Default for HydraulicParameters {
 }
 
 impl HydraulicParameters {
+    /// The largest limit of a demand \[N\], which none reaches.
+    pub const NO_DEMAND_LIMIT_N: f64 = 1e12;
+
     /// Cylinders of the same kind and their valves, so many times as large: at the same pressures they exert so many times
     /// the force, and their force control is as fast.
     #[must_use]
@@ -164,7 +167,7 @@ impl HydraulicParameters {
                 1e-18..=1.0,
                 "m³/s per N",
             ),
-            ("hydraulics.demand_limit_n", self.demand_limit_n, 1e-6..=1e12, "N"),
+            ("hydraulics.demand_limit_n", self.demand_limit_n, 1e-6..=Self::NO_DEMAND_LIMIT_N, "N"),
         ] {
             checks.within(name, value, range, unit);
         }
