@@ -329,12 +329,13 @@ impl ReplayComparison {
     }
 }
 
-/// The first field that differs. Only replies to queries have the signature.
+/// The first field that differs, times of day apart. Only replies to queries have the signature.
 fn identification_difference(
     mut recorded: Identification,
     replayed: &Identification,
 ) -> Option<Difference> {
     recorded.time_unix_ns = replayed.time_unix_ns;
+    recorded.since_unix_ns = replayed.since_unix_ns;
     let replayed = match &recorded.signature {
         Some(_) => replayed.clone(),
         None => replayed.clone().without_signature(),

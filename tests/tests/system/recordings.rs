@@ -327,9 +327,13 @@ async fn a_recorder_whose_disk_is_full_from_the_start_says_so_and_records_once_i
         loop {
             let messages = recorder.messages();
             let has_state = |module: &&str| {
-                let inputs = messages.iter().filter(|one| one.topic.ends_with("/input"));
-                let mut of_module = inputs.filter(|one| one.topic.contains(module));
-                of_module.any(|one| String::from_utf8_lossy(&one.payload).contains("\"state\""))
+                let mut of_module = messages.iter().filter(|one| one.topic.contains(module));
+                let is_state = |one: &recording::Recorded| {
+                    one.topic.ends_with("/input")
+                        && String::from_utf8_lossy(&one.payload).contains("\"state\"")
+                };
+                // And something after it to be compared.
+                of_module.any(is_state) && of_module.any(|one| one.topic.ends_with("/divergence"))
             };
             if MODULES.iter().all(has_state) {
                 return;
