@@ -106,8 +106,10 @@ def test_an_operator_handles_faults_on_the_page(site):
     adas = ada_acknowledges(site)
     ada_shelves(adas)
     expect(attention(page, GAGE)).to_contain_text("ada (through web)")
+    background = hidden(site)
     site.inject(OTHER, -8e-5)
     expect(attention(page, OTHER)).to_contain_text("bias of", timeout=10_000)
+    expect(background).to_have_title(re.compile(r"^\([2-9]\) "))
     every_look_is_accessible_and_fits(site)
     a_script_in_a_note_is_text(adas)
     without_script_and_by_keyboard(site)
@@ -185,6 +187,17 @@ def ada_shelves(page):
     shelved = page.locator("#others li").filter(has_text=CYLINDER)
     expect(shelved).to_contain_text("ada (through web)")
     expect(shelved).to_contain_text("valve is being changed")
+
+
+def hidden(site):
+    """A page in the background; it tells of the one alarm."""
+    page = site.page()
+    expect(page).to_have_title(re.compile(r"^\(1\) "))
+    page.evaluate("""() => {
+        Object.defineProperty(document, "hidden", { value: true });
+        document.dispatchEvent(new Event("visibilitychange"));
+    }""")
+    return page
 
 
 def every_look_is_accessible_and_fits(site):
