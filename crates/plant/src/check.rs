@@ -57,7 +57,7 @@ impl Checks {
         }
     }
 
-    /// Records an error unless the value is in the range; beyond it is no structure, cylinder or weather.
+    /// Records an error unless the value is in the range of what structures, cylinders and weather can be.
     pub(crate) fn within(
         &mut self,
         parameter: &str,

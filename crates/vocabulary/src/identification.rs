@@ -30,7 +30,7 @@ pub struct Identification {
     /// What was measured, and what the first candidate makes of it. Only in answer to a question, and only as long as
     /// what was measured is kept.
     pub signature: Option<Signature>,
-    /// When it was first identified as this kind, if that was earlier: another size is no new kind \[ns since 1970\].
+    /// When the fault was first identified as this kind, if that was before this estimate of its size \[ns since 1970\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub since_unix_ns: Option<u64>,
     /// When this was found \[ns since 1970\].

@@ -86,7 +86,7 @@ impl Message for Sample {
 /// What programs write for numbers that are not finite, in small letters and without a sign.
 const NOT_FINITE: [&str; 3] = ["nan", "infinity", "inf"];
 
-/// Length of what is not a finite number at the beginning of a text: a word, or digits that overflow.
+/// Length of the non-finite number that a text begins with: a word, or digits that overflow.
 fn missing_value(text: &str) -> Option<usize> {
     let begins =
         |word: &&&str| text.get(..word.len()).is_some_and(|start| start.eq_ignore_ascii_case(word));

@@ -34,6 +34,8 @@ struct Outage {
     reason: String,
     /// Whether this reason was logged.
     is_logged: bool,
+    /// Whether the latest attempt was refused as a second link, and nothing was done about it yet.
+    is_linked: bool,
 }
 
 /// Each configured endpoint that has had no connection for five seconds or is refused, with the reason.
@@ -149,18 +151,20 @@ impl Outages {
             since: now,
             reason: String::new(),
             is_logged: false,
+            is_linked: false,
         });
-        let is_same = outage.reason == reason;
+        let is_linked_still = address.is_some() && outage.is_linked;
+        outage.is_linked = address.is_some() && !outage.is_linked;
         if let Some(address) = address {
-            outage.reason = if is_same { String::new() } else { reason };
+            outage.reason = reason;
             let others = self.connected.iter().cloned().collect();
-            return is_same.then(|| EndpointNews::Linked {
+            return is_linked_still.then(|| EndpointNews::Linked {
                 endpoint: endpoint.to_owned(),
                 address,
                 others,
             });
         }
-        if !is_same {
+        if outage.reason != reason {
             (outage.is_logged, outage.reason) = (false, reason);
         }
         let is_refused = REFUSALS.iter().any(|word| outage.reason.contains(word));
@@ -280,6 +284,8 @@ mod tests {
         let (endpoint, address) = ("tcp/b:2".to_owned(), "10.0.0.2:2".parse().unwrap());
         let others = vec!["tcp/b:1".to_owned()];
         assert_eq!(note(&later, 8), Some(EndpointNews::Linked { endpoint, address, others }));
+        let shown = "no connection to tcp/b:2: Received a close message (reason MAX_LINKS) in response to an OpenSyn";
+        assert_eq!(outages.logged(), [shown]);
         assert_eq!(outages.end("tcp/b:2"), Some(EndpointNews::Connected("tcp/b:2".to_owned())));
         assert_eq!(outages.logged(), Vec::<String>::new());
     }

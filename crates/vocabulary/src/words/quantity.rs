@@ -33,7 +33,7 @@ pub fn at_detection(transition: &FaultTransition) -> Option<[(&'static str, Stri
     }
 }
 
-/// By how much a component departs from its reference. `None` for a symptom that is no comparison with it.
+/// By how much a component departs from its reference. `None` for symptoms that are not judged against a reference.
 pub fn departure(
     kind: ComponentKind,
     symptom: Symptom,
