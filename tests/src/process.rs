@@ -100,11 +100,13 @@ impl Process {
         in_time("the end of a process", end).await
     }
 
-    /// Ends it with SIGTERM; it must exit with 0.
+    /// Ends it with SIGTERM; it must exit with 0. On a busy machine it may not have begun, and have logged nothing: then the
+    /// signal itself ends it.
     pub async fn stop(mut self) {
         self.signal(Signal::SIGTERM);
-        let code = self.exit_code().await;
-        assert_eq!(code, Some(0), "{}", self.log());
+        let (status, log) = (self.exit_status().await, self.log());
+        let had_not_begun = status.signal() == Some(Signal::SIGTERM as i32) && log.is_empty();
+        assert!(status.success() || had_not_begun, "{status}\n{log}");
     }
 }
 

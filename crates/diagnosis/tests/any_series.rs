@@ -181,7 +181,7 @@ fn endure(setup: ModuleSetup, story: &Story, count: u64) -> Vec<diagnosis::state
         windows.extend(lengths.filter_map(|length| bench.diagnoser.window(length)).cloned());
     }
     for excerpt in excerpts(&bench.actions) {
-        let found = identify(excerpt);
+        let found = identify(excerpt, None);
         let all: f64 = found.candidates.iter().map(|candidate| candidate.probability).sum();
         assert!(all <= 1.0 + 1e-9 && !all.is_nan(), "{found:?}");
         for size in found.candidates.iter().filter_map(|candidate| candidate.size) {
@@ -249,7 +249,10 @@ fn a_quiet_a_quantised_and_a_stuck_gage_are_identified() {
                 }
                 bench.give(Event::Sample(sample));
             }
-            let found: Vec<_> = excerpts(&bench.actions).into_iter().map(identify).collect();
+            let found: Vec<_> = excerpts(&bench.actions)
+                .into_iter()
+                .map(|excerpt| identify(excerpt, None))
+                .collect();
             let of_gage = found.iter().rfind(|found| found.component.to_string() == "sensor/g2");
             let of_gage =
                 of_gage.unwrap_or_else(|| panic!("not identified: {:?}", bench.latched()));

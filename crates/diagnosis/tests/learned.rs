@@ -384,7 +384,7 @@ impl Live {
 
     fn identifications(&self) -> Vec<IdentificationResult> {
         let requested = self.actions.iter().filter_map(|action| match action {
-            Action::Identify(excerpt) => Some(identify(excerpt)),
+            Action::Identify(excerpt) => Some(identify(excerpt, None)),
             _ => None,
         });
         requested.collect()
@@ -481,7 +481,11 @@ fn a_learned_module_identifies_what_it_latches() {
         assert!(own[0].as_of.0 <= latched.decided.0 + 10, "{:?} {latched:?}", own[0]);
         let last = own.last().unwrap();
         let [candidate] = last.candidates[..] else { panic!("{last:?}") };
-        assert_eq!((candidate.kind, candidate.size.is_some()), (kind, size.is_some()), "{last:?}");
+        assert_eq!(
+            (candidate.kind, candidate.size.is_some()),
+            (kind.into(), size.is_some()),
+            "{last:?}"
+        );
         if let (Some(found), Some(size)) = (candidate.size, size) {
             assert!(found.own_unit && found.low < size && size < found.high, "{kind}: {found:?}");
         }
@@ -501,7 +505,7 @@ fn a_learned_module_identifies_what_it_latches() {
     live.take(&troubled(), 0..19 * MINUTE);
     let lost = live.identifications().into_iter().next_back().unwrap();
     assert_eq!(lost.component.to_string(), "sensor/s5");
-    assert_eq!(lost.candidates[0].kind, FaultKind::NoSignal);
+    assert_eq!(lost.candidates[0].kind, FaultKind::NoSignal.into());
 }
 
 #[test]

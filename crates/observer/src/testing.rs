@@ -6,7 +6,8 @@ use std::collections::BTreeMap;
 
 use vocabulary::{
     Candidate, Condition, FaultState, FaultTransition, GivenOrder, GivenOrderKind, Identification,
-    ModulePhase, ModuleStatus, PeerStatus, PhaseChange, RunId, Shelving, Step, fault::FaultKind,
+    IdentifiedKind, ModulePhase, ModuleStatus, PeerStatus, PhaseChange, RunId, Shelving, Step,
+    fault::FaultKind,
 };
 
 use crate::view::{ModuleHistory, ModuleView, NetworkState, Scene};
@@ -118,7 +119,8 @@ pub fn agreeing(state: FaultTransition) -> FaultTransition {
 pub fn identification(decided: bool, kinds: &[&str]) -> Identification {
     let candidate = |kind: &&str| {
         let probability = if decided { 0.987 } else { 0.5 };
-        let kind = FaultKind::named(kind).unwrap();
+        let known = FaultKind::named(kind).map(IdentifiedKind::Known);
+        let kind = known.unwrap_or(IdentifiedKind::NoneOfThese);
         Candidate { kind, probability, size: None }
     };
     Identification {

@@ -143,7 +143,7 @@ mod tests {
             as_of_step: Step(as_of),
             decided: true,
             candidates: vec![Candidate {
-                kind: vocabulary::fault::FaultKind::Stuck,
+                kind: vocabulary::fault::FaultKind::Stuck.into(),
                 probability: 1.0,
                 size: None,
             }],
@@ -177,7 +177,7 @@ mod tests {
         let found = |kinds: &[&str], time_unix_ns| {
             let size = FaultSize { value: 9.0, low: 8.0, high: 10.0, own_unit: false };
             let candidate = |kind: &&str| Candidate {
-                kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
+                kind: vocabulary::fault::FaultKind::named(kind).unwrap().into(),
                 probability: 0.5,
                 size: (time_unix_ns > 30).then_some(size),
             };
@@ -276,7 +276,7 @@ mod tests {
             let size =
                 size.map(|[low, value, high]| FaultSize { value, low, high, own_unit: false });
             let candidate = |kind: &&str| Candidate {
-                kind: vocabulary::fault::FaultKind::named(kind).unwrap(),
+                kind: vocabulary::fault::FaultKind::named(kind).unwrap().into(),
                 probability: 0.5,
                 size,
             };

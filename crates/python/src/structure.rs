@@ -220,7 +220,7 @@ impl ModuleGroup {
         check_modules(&setups)?;
         let mut group = DiagnoserGroup::new(setups.clone()).map_err(value_error)?;
         if identify {
-            group.identify();
+            group.identify(None);
         }
         Ok(Self { group, setups, run: RunId(run.0), step: first_step.0 })
     }

@@ -203,7 +203,7 @@ impl ReplayComparison {
         }
         let Some(recorded) = self.found.remove(&(excerpt.sequence, excerpt.as_of)) else { return };
         let speaker = Speaker::of(self.structure.clone(), self.module.clone());
-        let replayed = speaker.identification(identify(excerpt), 0);
+        let replayed = speaker.identification(identify(excerpt, None), 0);
         for recorded in recorded {
             match identification_difference(recorded, &replayed) {
                 None => self.identifications += 1,

@@ -9,7 +9,10 @@ use std::time::Instant;
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use study::{Rig, TimedFault};
-use vocabulary::{RunId, fault::Fault};
+use vocabulary::{
+    RunId,
+    fault::{Fault, FaultKind},
+};
 
 #[path = "../tests/tower/mod.rs"]
 mod tower;
@@ -18,9 +21,9 @@ thread_local! {
     static EXCERPTS: RefCell<Vec<Excerpt>> = const { RefCell::new(Vec::new()) };
 }
 
-fn keep(excerpt: &Excerpt) -> IdentificationResult {
+fn keep(excerpt: &Excerpt, without: Option<FaultKind>) -> IdentificationResult {
     EXCERPTS.with_borrow_mut(|excerpts| excerpts.push(excerpt.clone()));
-    identify(excerpt)
+    identify(excerpt, without)
 }
 
 /// The excerpts of a fault, from the first stage after its onset on.
@@ -53,7 +56,7 @@ fn identification(criterion: &mut Criterion) {
         let mut longest = 0.0_f64;
         for excerpt in &excerpts {
             let begun = Instant::now();
-            black_box(identify(excerpt));
+            black_box(identify(excerpt, None));
             longest = longest.max(begun.elapsed().as_secs_f64());
         }
         let all = begun.elapsed().as_secs_f64();
@@ -64,7 +67,8 @@ fn identification(criterion: &mut Criterion) {
             1e3 * longest
         );
         if let Some(last) = excerpts.last() {
-            criterion.bench_function(name, |bencher| bencher.iter(|| identify(black_box(last))));
+            criterion
+                .bench_function(name, |bencher| bencher.iter(|| identify(black_box(last), None)));
         }
     }
 }

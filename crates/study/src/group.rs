@@ -9,7 +9,7 @@ use diagnosis::{
     Transition, Verdict,
 };
 use serde::{Deserialize, Serialize};
-use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
+use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step, fault::FaultKind};
 
 /// An event of a module that the study records.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +98,9 @@ pub struct GroupError {
     pub problems: Vec<SetupError>,
 }
 
+/// Identifies a fault, perhaps without one of the kinds.
+pub type Identify = fn(&Excerpt, Option<FaultKind>) -> IdentificationResult;
+
 /// The diagnosers of several modules.
 #[derive(Debug)]
 pub struct DiagnoserGroup {
@@ -111,7 +114,8 @@ pub struct DiagnoserGroup {
     unanswered: BTreeMap<u64, (usize, usize, ModuleName, StateQuestion)>,
     /// What each diagnoser has stored.
     stores: Vec<StoredMemory>,
-    identify: Option<fn(&Excerpt) -> IdentificationResult>,
+    identify: Option<Identify>,
+    without: Option<FaultKind>,
 }
 
 impl DiagnoserGroup {
@@ -130,6 +134,7 @@ impl DiagnoserGroup {
             asked: 0,
             unanswered: BTreeMap::new(),
             identify: None,
+            without: None,
         })
     }
 
@@ -162,13 +167,15 @@ impl DiagnoserGroup {
         }
     }
 
-    /// Enables identification of faults: their kind and size, which takes milliseconds each time.
-    pub fn identify(&mut self) {
+    /// Enables identification of faults: their kind and size, which takes milliseconds each time. A kind may be left out, as
+    /// one that nobody has thought of.
+    pub fn identify(&mut self, without: Option<FaultKind>) {
+        self.without = without;
         self.identify_by(identify);
     }
 
     /// Likewise with another function.
-    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
+    pub fn identify_by(&mut self, identify: Identify) {
         self.identify = Some(identify);
     }
 
@@ -247,7 +254,7 @@ impl DiagnoserGroup {
             }
             Action::Identify(excerpt) => {
                 if let Some(identify) = self.identify {
-                    let identification = Box::new(identify(&excerpt));
+                    let identification = Box::new(identify(&excerpt, self.without));
                     self.occurrences.push(RigEvent::Identified { module, identification });
                 }
                 None

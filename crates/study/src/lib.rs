@@ -35,7 +35,7 @@ pub use engine::{Begin, Engine, EngineWork, Shard};
 pub use error::StudyError;
 pub use explain::{CaseExplanation, LineKind, StoryLine, explain};
 pub use export::{RecordedChange, export};
-pub use group::{Diagnosed, DiagnoserGroup, GroupError, RigEvent};
+pub use group::{Diagnosed, DiagnoserGroup, GroupError, Identify, RigEvent};
 pub use journal::Done;
 pub use rig::{Rig, RigError, TimedFault};
 pub use statistics::{Delays, Interval95, share_interval};

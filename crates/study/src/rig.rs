@@ -2,13 +2,15 @@
 
 use std::collections::VecDeque;
 
-use diagnosis::identification::{Excerpt, IdentificationResult};
 use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
-use vocabulary::{Change, Component, ComponentPath, ModuleName, RunId, Step, fault::Fault};
+use vocabulary::{
+    Change, Component, ComponentPath, ModuleName, RunId, Step,
+    fault::{Fault, FaultKind},
+};
 
-use crate::group::{DiagnoserGroup, GroupError, RigEvent};
+use crate::group::{DiagnoserGroup, GroupError, Identify, RigEvent};
 
 /// A fault in a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -169,13 +171,13 @@ impl Rig {
         Ok(())
     }
 
-    /// Enables identification of faults: their kind and size, which takes milliseconds each time.
-    pub fn identify(&mut self) {
-        self.group.identify();
+    /// Enables identification of faults, see [`DiagnoserGroup::identify`].
+    pub fn identify(&mut self, without: Option<FaultKind>) {
+        self.group.identify(without);
     }
 
     /// Likewise with another function.
-    pub fn identify_by(&mut self, identify: fn(&Excerpt) -> IdentificationResult) {
+    pub fn identify_by(&mut self, identify: Identify) {
         self.group.identify_by(identify);
     }
 

@@ -61,12 +61,15 @@ fn agreeing(component: &str) -> FaultTransition {
 fn bias() -> Identification {
     let size = FaultSize { value: 4.51e-5, low: 4.48e-5, high: 4.54e-5, own_unit: false };
     let bias = Candidate {
-        kind: vocabulary::fault::FaultKind::Bias,
+        kind: vocabulary::fault::FaultKind::Bias.into(),
         probability: 0.987,
         size: Some(size),
     };
-    let drift =
-        Candidate { kind: vocabulary::fault::FaultKind::Drift, probability: 0.013, size: None };
+    let drift = Candidate {
+        kind: vocabulary::fault::FaultKind::Drift.into(),
+        probability: 0.013,
+        size: None,
+    };
     Identification {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),

@@ -1,5 +1,7 @@
 //! What kind of fault a component has, and how large it is.
 
+use std::fmt;
+
 use crate::fault::FaultKind;
 use crate::{ComponentPath, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
@@ -41,13 +43,67 @@ pub struct Identification {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Candidate {
     /// The kind.
-    pub kind: FaultKind,
+    pub kind: IdentifiedKind,
     /// How probable it is, from 0 to 1.
     pub probability: f64,
     /// Its size if it is of this kind, where the kind has one, in the kind's unit: `m` of a bias and of what
     /// a bad contact adds, `m/s` of a drift, `m per step` of a random walk's increment, `1` of a gain, `m²` of a leak's
     /// coefficient.
     pub size: Option<FaultSize>,
+}
+
+/// What a fault is identified as. It was of no other kind than [`FaultKind`] has if it was injected; a real one may be.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum IdentifiedKind {
+    /// None of the known kinds explains what was measured.
+    NoneOfThese,
+    /// One of the known kinds.
+    #[serde(untagged)]
+    Known(FaultKind),
+}
+
+impl IdentifiedKind {
+    /// The known kind.
+    #[must_use]
+    pub fn known(self) -> Option<FaultKind> {
+        match self {
+            IdentifiedKind::Known(kind) => Some(kind),
+            IdentifiedKind::NoneOfThese => None,
+        }
+    }
+
+    /// The name used in messages, e.g. `random_walk`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        self.known().map_or("none_of_these", FaultKind::as_str)
+    }
+
+    /// What it is called in a sentence, e.g. `external leakage of chamber A`.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        self.known().map_or("none of the known kinds", FaultKind::words)
+    }
+
+    /// What its size is measured in; `None` if it has none.
+    #[must_use]
+    pub fn size_unit(self) -> Option<&'static str> {
+        self.known()?.size_unit()
+    }
+}
+
+impl From<FaultKind> for IdentifiedKind {
+    fn from(kind: FaultKind) -> Self {
+        Self::Known(kind)
+    }
+}
+
+impl fmt::Display for IdentifiedKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
 }
 
 /// How large a fault is, with its 95 % interval, in the unit of its kind ([`FaultKind::size_unit`]) unless it says otherwise.

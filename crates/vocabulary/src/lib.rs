@@ -90,7 +90,8 @@ pub use history::{
     MAX_PHASE_CHANGES_ON_PAGE,
 };
 pub use identification::{
-    Candidate, FaultSize, Identification, MAX_SIGNATURE_POINTS, Signature, SignaturePoint,
+    Candidate, FaultSize, Identification, IdentifiedKind, MAX_SIGNATURE_POINTS, Signature,
+    SignaturePoint,
 };
 pub use injection::{Injected, Injection};
 pub use input::{Input, InputQuestion, PastWatch, Remembered, StatePart, Taken};

@@ -10,12 +10,12 @@ use support::{plain_topics, plant_topics};
 use vocabulary::{
     ActuatorFault, Alarm, Candidate, Change, ChangeReport, Channel, Component, Condition,
     CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
-    FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification, Injected,
-    Injection, JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed,
-    Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault,
-    Progress, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer,
-    StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION,
-    Verdict, WindowLength, WindowMeans, decode, encode,
+    FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification,
+    IdentifiedKind, Injected, Injection, JournalStatus, Key, Message, ModuleName, ModulePhase,
+    ModuleStatus, Obeyed, Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
+    PlantStatus, PresentFault, Progress, Refused, RunId, Sample, Shelving, Signature,
+    SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom,
+    Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode, encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -246,7 +246,7 @@ const EVIDENCE: Evidence = Evidence {
 
 fn identification() -> Identification {
     let size = FaultSize { value: 4.5e-5, low: -4.4e-5, high: 4.6e-5, own_unit: false };
-    let candidate = |kind, size| Candidate { kind, probability: 0.5, size };
+    let candidate = |kind: FaultKind, size| Candidate { kind: kind.into(), probability: 0.5, size };
     let point = SignaturePoint { step: Step(40), measured: -1e-300, fitted: 0.1 };
     Identification {
         structure: structure(),
@@ -276,6 +276,18 @@ fn an_identification_is_read_back_and_one_of_an_unknown_kind_is_not() {
     assert_eq!(identification.kind(), None, "it is not decided");
     let decided = Identification { decided: true, ..identification };
     assert_eq!(decided.kind(), decided.candidates.first());
+}
+
+#[test]
+fn a_fault_may_be_identified_as_none_of_the_kinds_and_cannot_be_injected_as_that() {
+    let kinds = FaultKind::ALL.map(IdentifiedKind::Known);
+    for kind in kinds.into_iter().chain([IdentifiedKind::NoneOfThese]) {
+        let text = serde_json::to_string(&kind).unwrap();
+        assert_eq!(text, format!("\"{kind}\""));
+        assert_eq!(serde_json::from_str::<IdentifiedKind>(&text).unwrap(), kind);
+    }
+    assert_eq!(IdentifiedKind::NoneOfThese.to_string(), "none_of_these");
+    assert!(serde_json::from_str::<Fault>(r#"{"kind":"none_of_these"}"#).is_err());
 }
 
 #[test]

@@ -150,7 +150,7 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
     assert_eq!((found.component, found.sequence), (fault.component, fault.sequence));
     let decided = found.candidates[0];
     let size = decided.size.unwrap();
-    assert!(decided.kind == FaultKind::Bias && size.own_unit, "{decided:?}");
+    assert!(decided.kind == FaultKind::Bias.into() && size.own_unit, "{decided:?}");
     assert!(size.low < 15.0 && 15.0 < size.high, "{decided:?}");
     let mut command = program("trusswatch");
     command.args(["fault", "show", "span/sensor/s3", "--mode", "peer", "--timeout", "30"]);

@@ -91,7 +91,7 @@ fn add_identification(rows: &mut TextTable, identification: &Identification) {
 /// large a gain.
 fn note(decided: &Candidate) -> Option<&'static str> {
     let too_much = decided.size.as_ref().is_some_and(|size| size.value > 1.0);
-    let is_gain = decided.kind == FaultKind::Gain;
+    let is_gain = decided.kind.known() == Some(FaultKind::Gain);
     (is_gain && too_much).then_some("structure, or a gage that reads too much")
 }
 
@@ -113,12 +113,12 @@ mod tests {
     use super::*;
     use crate::faults::testing::latched;
     use observer::testing::{identification, state};
-    use vocabulary::{FaultSize, FaultState, Step};
+    use vocabulary::{FaultSize, FaultState, IdentifiedKind, Step};
 
     fn sized(kind: FaultKind, probability: f64, interval: [f64; 3]) -> Candidate {
         let [low, value, high] = interval;
         let size = Some(FaultSize { value, low, high, own_unit: false });
-        Candidate { kind, probability, size }
+        Candidate { kind: kind.into(), probability, size }
     }
 
     fn bias(probability: f64) -> Candidate {
@@ -192,6 +192,15 @@ no measurements are kept";
         let unidentified = text(&fault(None), None);
         assert!(unidentified.contains("kind           not identified\n"), "{unidentified}");
         assert!(unidentified.ends_with("no measurements are kept"), "{unidentified}");
+    }
+
+    #[test]
+    fn a_fault_of_no_known_kind_is_shown_as_that_and_not_as_unidentified() {
+        let none = Candidate { kind: IdentifiedKind::NoneOfThese, probability: 0.973, size: None };
+        let text = text(&identified(true, vec![none]), None);
+        assert!(text.contains("  kind           none of the known kinds\n"), "{text}");
+        assert!(text.contains("probability    97.3 %") && !text.contains("size"), "{text}");
+        assert!(text.contains("  state          latched\n"), "{text}");
     }
 
     #[test]

@@ -262,6 +262,9 @@ pub(super) struct IdentifyArguments {
     /// Only faults of this kind
     #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
     pub(super) kind: Option<FaultKind>,
+    /// The diagnosers do not know this kind: of its faults it is right to say that they are of none of the known kinds
+    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
+    pub(super) without: Option<FaultKind>,
     /// Only faults in this situation
     #[arg(long, value_name = "NAME", value_parser = named(Situation::IDENTIFIED, Situation::as_str))]
     pub(super) situation: Option<Situation>,

@@ -161,10 +161,11 @@ impl LimitArguments {
 
 impl IdentifyArguments {
     pub(super) fn campaign(&self) -> Result<IdentificationCampaign, Failure> {
-        let Self { kind, situation, in_limits, .. } = *self;
+        let Self { kind, without, situation, in_limits, .. } = *self;
         Ok(IdentificationCampaign {
             system: self.system.only_system()?,
             of: IdentificationCases { kind, situation, in_limits },
+            without,
             plants: self.plants.get(),
             cases: self.cases.get(),
         })

@@ -25,8 +25,8 @@ async fn tower() -> StandIn {
     let (first, second) = (latched("module1/sensor/g3", 1), latched("module1/sensor/g4", 2));
     let third = latched("module1/sensor/g5", 3);
     let decided = identification(&first, true, vec![bias(0.987)]);
-    let drift =
-        Candidate { kind: vocabulary::fault::FaultKind::Drift, probability: 0.4, size: None };
+    let kind = vocabulary::fault::FaultKind::Drift.into();
+    let drift = Candidate { kind, probability: 0.4, size: None };
     let undecided = identification(&second, false, vec![bias(0.6), drift]);
     let carried = Some(Box::new(identification(&third, true, vec![bias(0.99)])));
     let states = vec![

@@ -373,7 +373,7 @@ pub(crate) fn identification(
 pub(crate) fn bias(probability: f64) -> Candidate {
     let (value, low, high) = (45.1e-6, 44.8e-6, 45.4e-6);
     let size = Some(FaultSize { value, low, high, own_unit: false });
-    Candidate { kind: vocabulary::fault::FaultKind::Bias, probability, size }
+    Candidate { kind: vocabulary::fault::FaultKind::Bias.into(), probability, size }
 }
 
 /// A transition with everything that a fault has.

@@ -347,6 +347,12 @@ fn identified_faults_are_one_object_and_a_figure_the_same_for_any_number_of_jobs
     assert_eq!(outcome.stdout, of_jobs("1", "zero_output").0.stdout);
     let row = &object["in_the_end"]["zero_output"];
     assert_eq!((&row["cases"], &object["complete"]), (&4.into(), &true.into()));
+    // Without its hypothesis a stuck reading is right as none of the known kinds.
+    let without = ["--kind", "stuck", "--without", "stuck"];
+    let outcome = run(&[&["study", "identify"], &asked[..], &without[..]].concat());
+    let left_out = &self::object(&outcome)["in_the_end"];
+    assert_eq!(left_out["none_of_these"]["cases"], 4, "{left_out}");
+    assert!(left_out["stuck"].is_null(), "{left_out}");
     let (_, place) = of_jobs("2", "bias");
     let drawn = fs::read_to_string(place.join("identified.svg")).unwrap();
     assert!(drawn.starts_with("<svg") && drawn.contains("after 0.2 s"), "{drawn}");
@@ -357,6 +363,7 @@ fn faults_to_identify_that_cannot_be_meant_are_refused() {
     for (arguments, said) in [
         (["--in-limits", "0"], "use a number from 0.01 to 1000"),
         (["--kind", "rust"], "hard_over"),
+        (["--without", "none_of_these"], "hard_over"),
         (["--situation", "asleep"], "after_effects"),
         (["--weather", "fair"], "alike"),
     ] {

@@ -73,7 +73,9 @@ impl Worker {
     fn run(&self, requests: &Receiver<Box<Excerpt>>, lane: &Lane) {
         while let Ok(excerpt) = requests.recv() {
             lane.begin();
-            if let Some(found) = attempt(&self.tally, &excerpt.component, || identify(&excerpt)) {
+            if let Some(found) =
+                attempt(&self.tally, &excerpt.component, || identify(&excerpt, None))
+            {
                 let message = self.speaker.identification(found, clock::unix_ns());
                 // Without room for it the next one tells the same.
                 self.outbox.event(Outgoing::Identification(Box::new(message)));

@@ -4,8 +4,9 @@ use std::borrow::Cow;
 use std::fmt;
 use std::time::Duration;
 
-use vocabulary::fault::FaultKind;
-use vocabulary::{Component, FaultState, JournalStatus, ModulePhase, ModuleStatus, PeerStatus};
+use vocabulary::{
+    Component, FaultState, IdentifiedKind, JournalStatus, ModulePhase, ModuleStatus, PeerStatus,
+};
 
 use shell::health::Sheet;
 
@@ -86,7 +87,7 @@ pub(crate) struct IdentificationReport {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct KindReport {
     pub(crate) component: Component,
-    pub(crate) kind: FaultKind,
+    pub(crate) kind: IdentifiedKind,
     pub(crate) probability: f64,
 }
 

@@ -7,8 +7,8 @@ use shell::health::ProcessReport;
 use shell::supervision::Sign;
 use vocabulary::fault::FaultKind;
 use vocabulary::{
-    FaultState, JournalStatus, ModulePhase, ModuleStatus, PeerOutcome, PeerStatus, PlantPhase,
-    PlantStatus, PresentFault, RunId, Step,
+    FaultState, IdentifiedKind, JournalStatus, ModulePhase, ModuleStatus, PeerOutcome, PeerStatus,
+    PlantPhase, PlantStatus, PresentFault, RunId, Step,
 };
 
 use super::{AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport};
@@ -93,7 +93,11 @@ fn identifications() -> IdentificationReport {
         turned_away: 2,
         failed: 1,
         published: 3,
-        kinds: vec![kind(FaultKind::Bias, 0.75), kind(FaultKind::Drift, 0.125)],
+        kinds: vec![
+            kind(FaultKind::Bias.into(), 0.75),
+            kind(FaultKind::Drift.into(), 0.125),
+            kind(IdentifiedKind::NoneOfThese, 0.0625),
+        ],
     }
 }
 

@@ -2,7 +2,7 @@
 //! probabilities and intervals.
 
 use proptest::prelude::*;
-use vocabulary::{Component, RunId, Step};
+use vocabulary::{Component, IdentifiedKind, RunId, Step};
 
 use super::level::Prior;
 use super::{
@@ -122,12 +122,14 @@ fn cylinder() -> impl Strategy<Value = Excerpt> {
 }
 
 fn check(excerpt: &Excerpt) -> Result<(), TestCaseError> {
-    let found = identify(excerpt);
+    let found = identify(excerpt, None);
     let all: f64 = found.candidates.iter().map(|candidate| candidate.probability).sum();
     prop_assert!(all <= 1.0 + 1e-9, "{found:?}");
     for candidate in &found.candidates {
         prop_assert!(candidate.probability > 0.0, "{found:?}");
+        prop_assert!(candidate.probability.is_finite(), "{found:?}");
         if let Some(size) = candidate.size {
+            prop_assert!(candidate.kind != IdentifiedKind::NoneOfThese, "{found:?}");
             prop_assert!(size.low <= size.value && size.value <= size.high, "{found:?}");
         }
     }

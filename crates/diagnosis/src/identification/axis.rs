@@ -7,7 +7,7 @@ use super::mixture::Mixture;
 /// How often the places on either side of the most likely one are halved.
 const ROUNDS: usize = 8;
 /// An onset this long before the detection is as likely as one at it \[s\]; one twice as long ago half as likely.
-const YOUNG_S: f64 = 0.005;
+pub(super) const YOUNG_S: f64 = 0.005;
 
 /// Places along a coordinate along which any place is as likely beforehand as any other, in ascending order.
 #[derive(Debug, Clone)]
@@ -95,7 +95,7 @@ mod tests {
     /// A narrow likelihood, nowhere near a coarse place.
     fn narrow(at: f64) -> Weighed {
         let log_likelihood = -0.5 * ((at - 3.3) / 0.02).powi(2);
-        Weighed { log_likelihood, mean: at, variance: 1e-9, place: 0 }
+        Weighed { mean: at, variance: 1e-9, ..Weighed::of(log_likelihood) }
     }
 
     #[test]

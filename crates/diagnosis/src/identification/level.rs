@@ -91,6 +91,15 @@ pub(super) struct Weighed {
     pub(super) variance: f64,
     /// Which place along an axis it is of.
     pub(super) place: usize,
+    /// Where it has ended, as a place among points with parts of the way to the next; infinite if it lasts.
+    pub(super) end: f64,
+}
+
+impl Weighed {
+    /// Without a coefficient, of a fault that lasts.
+    pub(super) fn of(log_likelihood: f64) -> Self {
+        Self { log_likelihood, mean: 0.0, variance: 0.0, place: 0, end: f64::INFINITY }
+    }
 }
 
 impl<const P: usize> LevelFilter<P> {
@@ -178,6 +187,7 @@ impl<const P: usize> LevelFilter<P> {
             mean: mean.get(0).copied().unwrap_or(0.0),
             variance: covariance.get((0, 0)).copied().unwrap_or(0.0),
             place: 0,
+            end: f64::INFINITY,
         })
     }
 }

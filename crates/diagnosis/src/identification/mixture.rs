@@ -20,6 +20,14 @@ fn with_error(size: FaultSize, deviation: f64) -> FaultSize {
 }
 
 impl Mixture {
+    /// Cases of which each is as likely beforehand as the others.
+    pub(super) fn of_equals(cases: Vec<Weighed>) -> Self {
+        let mut mixture = Self::default();
+        let share = 1.0 / cases.len() as f64;
+        mixture.extend(Self { cases }, share);
+        mixture
+    }
+
     pub(super) fn add(&mut self, case: Weighed) {
         if case.log_likelihood.is_finite() {
             self.cases.push(case);

@@ -4,7 +4,9 @@
 //! more it reads than the other gages and the forces say, a cylinder by both chambers' balance of oil. Each
 //! hypothesis says what it does to the series, how likely it is beforehand and how large it may be; what it leaves
 //! open (onset, size) is integrated out, so that a hypothesis that fits anything gains nothing by that (marginal
-//! likelihood). From the likelihoods and the priors follow the probabilities of the kinds.
+//! likelihood). From the likelihoods and the priors follow the probabilities of the kinds. One hypothesis is that it is
+//! none of them: whatever was measured wanders in a way of its own from the onset on. Since that explains any series a
+//! little, a kind is rejected only if what it leaves unexplained is more than its model may be wrong by.
 //!
 //! A channel of a learned module has no such hypotheses: its kind is fitted to what it is displaced by (`state/learned`).
 
@@ -20,7 +22,9 @@ mod signature;
 #[cfg(test)]
 mod any_series_test;
 
-use vocabulary::{Candidate, Component, FaultSize, RunId, SignaturePoint, Step, fault::FaultKind};
+use vocabulary::{
+    Candidate, Component, FaultSize, IdentifiedKind, RunId, SignaturePoint, Step, fault::FaultKind,
+};
 
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
@@ -34,10 +38,16 @@ use mixture::Mixture;
 pub const DECIDED: f64 = 0.95;
 /// Kinds below this are not mentioned.
 const MENTIONED: f64 = 0.01;
+/// How likely it is beforehand that a fault is of none of the kinds, in comparison with one of them. Seldom enough that a
+/// slow process does not rival the bias that it resembles.
+const NONE_PRIOR: f64 = 0.001;
+/// Until a fault has been watched for so long \[s\], none of the kinds is at most as likely as all of them together: what is
+/// left of the first few points may still be chance, most of all while a valve's spool has not slipped yet.
+const NONE_FROM_S: f64 = 0.5;
 
 /// A kind of fault as a hypothesis about series of this type.
 struct Hypothesis<Series> {
-    kind: FaultKind,
+    kind: IdentifiedKind,
     /// How likely it is beforehand, in comparison with the others of its component.
     prior: f64,
     /// Its cases (what it leaves open, integrated out by their sum), and its size, if it has one.
@@ -71,20 +81,25 @@ impl IdentificationResult {
     }
 }
 
-/// Identifies a fault.
+/// Identifies a fault. A kind that is left out stands for one that nobody has thought of; there is none in service.
 #[must_use]
-pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
+pub fn identify(excerpt: &Excerpt, without: Option<FaultKind>) -> IdentificationResult {
+    let watched_s = excerpt.as_of.since(excerpt.seen.detection()) as f64 * excerpt.step_s;
+    let is_early = watched_s < NONE_FROM_S;
     let (candidates, signature) = match &excerpt.measured {
         MeasuredSeries::Gage(series) => gage::record::GageRecord::new(excerpt, series)
-            .map(|record| weigh(&record, &gage::HYPOTHESES)),
+            .map(|record| weigh(&record, &gage::HYPOTHESES, without, is_early)),
         MeasuredSeries::Cylinder(series) => cylinder::balance::OilBalance::new(excerpt, series)
-            .map(|balance| weigh(&balance, &cylinder::HYPOTHESES)),
+            .map(|balance| weigh(&balance, &cylinder::HYPOTHESES, without, is_early)),
         MeasuredSeries::Displaced(channel) => {
             channel.fit().map(|fitted| (vec![fitted.candidate()], Vec::new()))
         }
         MeasuredSeries::Nothing => {
-            let certain = Candidate { kind: FaultKind::NoSignal, probability: 1.0, size: None };
-            Some((vec![certain], Vec::new()))
+            let kind = match without {
+                Some(FaultKind::NoSignal) => IdentifiedKind::NoneOfThese,
+                _ => IdentifiedKind::Known(FaultKind::NoSignal),
+            };
+            Some((vec![Candidate { kind, probability: 1.0, size: None }], Vec::new()))
         }
     }
     .unwrap_or_default();
@@ -103,6 +118,8 @@ pub fn identify(excerpt: &Excerpt) -> IdentificationResult {
 fn weigh<Series>(
     series: &Series,
     hypotheses: &[Hypothesis<Series>],
+    without: Option<FaultKind>,
+    is_early: bool,
 ) -> (Vec<Candidate>, Vec<SignaturePoint>) {
     let weigh = |hypothesis| {
         let Hypothesis { prior, weigh, .. }: &Hypothesis<Series> = hypothesis;
@@ -110,8 +127,27 @@ fn weigh<Series>(
         let log = prior.ln() + cases.log_likelihood();
         (hypothesis, cases.likeliest(), size, log)
     };
-    let mut weighed: Vec<_> = hypotheses.iter().map(weigh).collect();
+    let is_left_out = |hypothesis: &&Hypothesis<Series>| {
+        without.is_some_and(|kind| hypothesis.kind == kind.into())
+    };
+    let mut weighed: Vec<_> =
+        hypotheses.iter().filter(|one| !is_left_out(one)).map(weigh).collect();
     weighed.retain(|(.., log)| !log.is_nan());
+    if is_early {
+        let mut known = Mixture::default();
+        let is_known = |hypothesis: &Hypothesis<Series>| hypothesis.kind.known().is_some();
+        for (hypothesis, .., log) in &weighed {
+            if is_known(hypothesis) {
+                known.add(Weighed::of(*log));
+            }
+        }
+        let most = known.log_likelihood();
+        for (hypothesis, .., log) in &mut weighed {
+            if !is_known(hypothesis) {
+                *log = log.min(most);
+            }
+        }
+    }
     weighed.sort_by(|(.., a), (.., b)| b.total_cmp(a));
     let Some(&(.., largest)) = weighed.first().filter(|(.., log)| log.is_finite()) else {
         return (Vec::new(), Vec::new());
@@ -129,7 +165,7 @@ fn weigh<Series>(
 }
 
 /// Whether the interval of a size holds that of a component without a fault.
-pub(crate) fn may_be_healthy(kind: FaultKind, size: Option<&FaultSize>) -> bool {
-    let healthy = if kind == FaultKind::Gain { 1.0 } else { 0.0 };
+pub(crate) fn may_be_healthy(kind: IdentifiedKind, size: Option<&FaultSize>) -> bool {
+    let healthy = if kind.known() == Some(FaultKind::Gain) { 1.0 } else { 0.0 };
     size.is_some_and(|size| (size.low..=size.high).contains(&healthy))
 }

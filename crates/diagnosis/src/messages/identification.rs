@@ -79,7 +79,7 @@ mod tests {
 
     fn bias(probability: f64, low: f64) -> Candidate {
         let size = Some(FaultSize { value: 4.5e-5, low, high: 4.6e-5, own_unit: false });
-        Candidate { kind: FaultKind::Bias, probability, size }
+        Candidate { kind: FaultKind::Bias.into(), probability, size }
     }
 
     #[test]

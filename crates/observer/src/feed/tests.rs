@@ -495,7 +495,7 @@ fn identification(kind: FaultKind, time_unix_ns: u64) -> Identification {
         sequence: 2,
         as_of_step: Step(time_unix_ns),
         decided: true,
-        candidates: vec![Candidate { kind, probability: 1.0, size: None }],
+        candidates: vec![Candidate { kind: kind.into(), probability: 1.0, size: None }],
         signature: None,
         since_unix_ns: None,
         time_unix_ns,

@@ -125,8 +125,8 @@ fn another_kind_of_fault_is_noticed() {
     let mut live = with_fault();
     let found = live.published.iter_mut().rfind(|m| m.topic.contains("/identification/")).unwrap();
     let mut message: vocabulary::Identification = vocabulary::decode(&found.payload).unwrap();
-    assert_eq!(message.candidates[0].kind, FaultKind::Bias);
-    message.candidates[0].kind = FaultKind::Drift;
+    assert_eq!(message.candidates[0].kind, FaultKind::Bias.into());
+    message.candidates[0].kind = FaultKind::Drift.into();
     found.payload = vocabulary::encode(&message).unwrap();
     let replayed = replay_all(&collect(&live));
     let differences = replayed.into_iter().filter_map(|one| one.unwrap().comparison.difference);

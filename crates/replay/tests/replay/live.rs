@@ -301,7 +301,7 @@ impl Live {
             }
             Action::Identify(excerpt) => {
                 let speaker = &self.nodes[place].speaker;
-                let found = speaker.identification(identify(&excerpt), self.clock);
+                let found = speaker.identification(identify(&excerpt, None), self.clock);
                 let topic = Topic::Identification(excerpt.component.clone());
                 self.publish(place, topic, &found.without_signature(), excerpt.as_of.0);
             }

@@ -1,7 +1,7 @@
 //! Share of faults whose kind is undecided, against their size.
 
 use figure::plot::{Figure, Panel, PanelRow, PlotAxis, Series, SeriesStyle, Shape};
-use vocabulary::fault::FaultKind;
+use vocabulary::IdentifiedKind;
 
 use crate::identification::{
     IdentificationSummary, SIZES_IN_LIMITS, UNDECIDED_AFTER_S, UndecidedBySize,
@@ -34,7 +34,7 @@ pub fn identification_figure(tally: &IdentificationSummary) -> String {
     figure.svg()
 }
 
-fn line(place: usize, kind: FaultKind, rows: &[UndecidedBySize], when: usize) -> Series {
+fn line(place: usize, kind: IdentifiedKind, rows: &[UndecidedBySize], when: usize) -> Series {
     let point = |row: &UndecidedBySize| {
         [(row.from * row.to).sqrt(), row.undecided[when] as f64 / row.named as f64]
     };
@@ -43,7 +43,7 @@ fn line(place: usize, kind: FaultKind, rows: &[UndecidedBySize], when: usize) ->
 }
 
 fn sentences(tally: &IdentificationSummary) -> Vec<String> {
-    let sentence = |(kind, rows): (&FaultKind, &Vec<UndecidedBySize>)| {
+    let sentence = |(kind, rows): (&IdentifiedKind, &Vec<UndecidedBySize>)| {
         let named: u64 = rows.iter().map(|row| row.named).sum();
         let open = |when: usize| rows.iter().map(|row| row.undecided[when]).sum::<u64>();
         let each = UNDECIDED_AFTER_S.iter().enumerate();

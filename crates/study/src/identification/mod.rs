@@ -18,6 +18,7 @@ use crate::error::StudyError;
 use crate::figure::identification_figure;
 use crate::report::{ReportFigure, Table};
 use crate::system::{CommissionedPlant, System};
+use vocabulary::fault::FaultKind;
 
 /// Faults of commissioned plants that are to be identified.
 #[derive(Debug, Clone)]
@@ -26,6 +27,8 @@ pub struct IdentificationCampaign {
     pub system: System,
     /// Restrictions on the cases.
     pub of: IdentificationCases,
+    /// The diagnosers do not know this kind.
+    pub without: Option<FaultKind>,
     /// The number of commissioned plants.
     pub plants: u64,
     /// Faults per plant.
@@ -62,7 +65,7 @@ impl Campaign for IdentificationCampaign {
         case: &CampaignCase<IdentificationTask>,
         run: &mut CaseRun,
     ) -> Result<IdentificationRow, StudyError> {
-        IdentificationRow::of(case, run, self.system.parameters.step_s)
+        IdentificationRow::of(case, run, self.system.parameters.step_s, self.without)
     }
 
     fn summarize(&self, rows: &Rows<IdentificationRow>) -> IdentificationSummary {

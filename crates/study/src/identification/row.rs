@@ -3,7 +3,7 @@
 use diagnosis::Verdict;
 use diagnosis::identification::{DECIDED, IdentificationResult};
 use serde::{Deserialize, Serialize};
-use vocabulary::{ComponentPath, Step, fault::FaultKind};
+use vocabulary::{ComponentPath, IdentifiedKind, Step, fault::FaultKind};
 
 use super::draw::IdentificationTask;
 use crate::case::{CampaignCase, CaseRun};
@@ -17,7 +17,7 @@ pub struct IdentificationStatement {
     /// Time since the component was declared faulty \[s\].
     pub after_s: f64,
     /// The possible kinds with their probabilities, most probable first.
-    pub kinds: Vec<(FaultKind, f64)>,
+    pub kinds: Vec<(IdentifiedKind, f64)>,
     /// The size of the most probable kind, if it has one: lower end, middle, upper end.
     pub size: Option<[f64; 3]>,
 }
@@ -34,7 +34,7 @@ impl IdentificationStatement {
 
     /// The kind, if it is decided.
     #[must_use]
-    pub fn decided(&self) -> Option<FaultKind> {
+    pub fn decided(&self) -> Option<IdentifiedKind> {
         self.kinds.first().filter(|(_, probability)| *probability >= DECIDED).map(|(kind, _)| *kind)
     }
 }
@@ -48,8 +48,8 @@ pub struct IdentificationRow {
     pub component: ComponentPath,
     /// The fault in words.
     pub fault: String,
-    /// Its kind.
-    pub kind: FaultKind,
+    /// What it is to be identified as: its kind, or none of these if that was left out.
+    pub kind: IdentifiedKind,
     /// Its size in the unit of its kind, if it has one.
     pub size: Option<f64>,
     /// The size in limits of its kind, if it has one.
@@ -67,15 +67,17 @@ impl IdentificationRow {
         case: &CampaignCase<IdentificationTask>,
         run: &mut CaseRun,
         step_s: f64,
+        without: Option<FaultKind>,
     ) -> Result<Self, StudyError> {
-        run.rig.identify();
+        run.rig.identify(without);
         run.finish()?;
         let subject = case.faults.last().ok_or(StudyError::NothingToBreak)?;
+        let kind = Some(subject.fault.kind()).filter(|kind| Some(*kind) != without);
         let mut row = Self {
             situation: case.kind.situation,
             component: subject.component.clone(),
             fault: subject.fault.to_string(),
-            kind: subject.fault.kind(),
+            kind: kind.map_or(IdentifiedKind::NoneOfThese, IdentifiedKind::Known),
             size: subject.fault.size(),
             in_limits: case.kind.in_limits,
             named_after_s: None,
@@ -102,7 +104,7 @@ impl IdentificationRow {
     }
 
     /// The kind decided within a time after the component was declared faulty; `None` if it never was decided.
-    pub(super) fn decided_within(&self, time_s: f64) -> Option<FaultKind> {
+    pub(super) fn decided_within(&self, time_s: f64) -> Option<IdentifiedKind> {
         self.named_after_s?;
         self.within(time_s)?.decided()
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use vocabulary::fault::FaultKind;
+use vocabulary::IdentifiedKind;
 
 use super::tally::{IdentificationSummary, KindRow, Right, SituationRow, Sizing, UndecidedBySize};
 use crate::report::{Table, interval, percent};
@@ -43,7 +43,7 @@ fn situations(tally: &IdentificationSummary) -> Table {
 }
 
 fn sizes(tally: &IdentificationSummary) -> Table {
-    let row = |when: &str, (kind, sizing): (&FaultKind, &Sizing)| {
+    let row = |when: &str, (kind, sizing): (&IdentifiedKind, &Sizing)| {
         vec![
             kind.words().to_owned(),
             when.to_owned(),
@@ -68,7 +68,7 @@ fn sizes(tally: &IdentificationSummary) -> Table {
 }
 
 fn undecided(tally: &IdentificationSummary) -> Table {
-    let row = |kind: FaultKind, range: &UndecidedBySize| {
+    let row = |kind: IdentifiedKind, range: &UndecidedBySize| {
         let sizes = format!("{} to {}", range.from, range.to);
         let counts = [range.named].into_iter().chain(range.undecided);
         let cells = [kind.words().to_owned(), sizes].into_iter();
@@ -83,19 +83,21 @@ fn undecided(tally: &IdentificationSummary) -> Table {
     )
 }
 
-/// A row for each true kind, a column for each stated kind.
-fn confusion(title: &str, rows: &BTreeMap<FaultKind, KindRow>) -> Table {
-    let taken: Vec<FaultKind> = FaultKind::ALL
-        .into_iter()
-        .filter(|kind| rows.values().any(|row| row.decided.contains_key(kind)))
-        .collect();
-    let mut heading = vec!["", "faults", "not named", "undecided"];
-    heading.extend(taken.iter().map(|kind| kind.words()));
-    let row = |(kind, row): (&FaultKind, &KindRow)| {
-        let counts = [row.cases, row.not_named, row.undecided].map(|count| count.to_string());
-        let taken =
-            taken.iter().map(|kind| row.decided.get(kind).map_or_else(String::new, u64::to_string));
-        [kind.words().to_owned()].into_iter().chain(counts).chain(taken).collect()
+/// A row for each true kind: how often it was right, and what else it was taken for.
+fn confusion(title: &str, rows: &BTreeMap<IdentifiedKind, KindRow>) -> Table {
+    let row = |(kind, row): (&IdentifiedKind, &KindRow)| {
+        let right = row.decided.get(kind).copied().unwrap_or(0);
+        let counts =
+            [row.cases, row.not_named, row.undecided, right].map(|count| count.to_string());
+        let others = row.decided.iter().filter(|(taken, _)| *taken != kind);
+        let others: Vec<String> =
+            others.map(|(taken, count)| format!("{count} {}", taken.words())).collect();
+        let cells = [kind.words().to_owned()].into_iter().chain(counts);
+        cells.chain([others.join(", ")]).collect()
     };
-    Table::new(title, &heading, rows.iter().map(row).collect())
+    Table::new(
+        title,
+        &["", "faults", "not named", "undecided", "right", "another kind"],
+        rows.iter().map(row).collect(),
+    )
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use vocabulary::fault::FaultKind;
+use vocabulary::IdentifiedKind;
 
 use super::row::IdentificationRow;
 use crate::campaign::{Rows, grouped};
@@ -28,7 +28,7 @@ pub struct KindRow {
     /// Faults whose kind was not decided.
     pub undecided: u64,
     /// The decided kinds.
-    pub decided: BTreeMap<FaultKind, u64>,
+    pub decided: BTreeMap<IdentifiedKind, u64>,
 }
 
 impl KindRow {
@@ -110,17 +110,17 @@ pub struct IdentificationSummary {
     /// All faults.
     pub all: Right,
     /// By kind, a second after they were named; from twice the limit on.
-    pub within_a_second: BTreeMap<FaultKind, KindRow>,
+    pub within_a_second: BTreeMap<IdentifiedKind, KindRow>,
     /// By kind, at the end; from twice the limit on.
-    pub in_the_end: BTreeMap<FaultKind, KindRow>,
+    pub in_the_end: BTreeMap<IdentifiedKind, KindRow>,
     /// Stated sizes by kind, a second after they were named; of every size.
-    pub sizes_within_a_second: BTreeMap<FaultKind, Sizing>,
+    pub sizes_within_a_second: BTreeMap<IdentifiedKind, Sizing>,
     /// The same at the end.
-    pub sizes_in_the_end: BTreeMap<FaultKind, Sizing>,
+    pub sizes_in_the_end: BTreeMap<IdentifiedKind, Sizing>,
     /// By situation; from twice the limit on.
     pub situations: BTreeMap<Situation, SituationRow>,
     /// By kind and size.
-    pub undecided: BTreeMap<FaultKind, Vec<UndecidedBySize>>,
+    pub undecided: BTreeMap<IdentifiedKind, Vec<UndecidedBySize>>,
 }
 
 impl IdentificationSummary {
@@ -135,17 +135,19 @@ impl IdentificationSummary {
             grouped(claimed.iter().copied(), |row| row.kind),
         );
         let confusion = |until_s| {
-            let row = |(kind, rows): (&FaultKind, &Vec<_>)| (*kind, KindRow::of(rows, until_s));
+            let row =
+                |(kind, rows): (&IdentifiedKind, &Vec<_>)| (*kind, KindRow::of(rows, until_s));
             claimed_kinds.iter().map(row).collect::<BTreeMap<_, _>>()
         };
         let sizes = |until_s| {
-            let row =
-                |(kind, rows): (&FaultKind, &Vec<_>)| Some((*kind, Sizing::of(rows, until_s)?));
+            let row = |(kind, rows): (&IdentifiedKind, &Vec<_>)| {
+                Some((*kind, Sizing::of(rows, until_s)?))
+            };
             kinds.iter().filter_map(row).collect()
         };
         let is_sized = |row: &&IdentificationRow| row.named_after_s.and(row.in_limits).is_some();
         let sized = grouped(rows.values().filter(is_sized), |row| row.kind);
-        let undecided = |(kind, rows): (&FaultKind, &Vec<_>)| (*kind, undecided(rows));
+        let undecided = |(kind, rows): (&IdentifiedKind, &Vec<_>)| (*kind, undecided(rows));
         let situations = grouped(claimed.iter().copied(), |row| row.situation);
         let [decided, right] = decided_and_right(&claimed, 1.0);
         Self {
@@ -228,6 +230,8 @@ fn undecided(records: &[&IdentificationRow]) -> Vec<UndecidedBySize> {
 
 #[cfg(test)]
 mod tests {
+    use vocabulary::fault::FaultKind;
+
     use super::super::row::IdentificationStatement;
     use super::*;
 
@@ -240,7 +244,7 @@ mod tests {
             situation: Situation::Alone,
             component: "m/sensor/g".parse().unwrap(),
             fault: String::new(),
-            kind,
+            kind: kind.into(),
             size: Some(-10.0),
             in_limits: Some(in_limits),
             named_after_s: Some(0.01),
@@ -254,7 +258,11 @@ mod tests {
         probability: f64,
         size: [f64; 3],
     ) -> IdentificationStatement {
-        IdentificationStatement { after_s, kinds: vec![(kind, probability)], size: Some(size) }
+        IdentificationStatement {
+            after_s,
+            kinds: vec![(kind.into(), probability)],
+            size: Some(size),
+        }
     }
 
     #[test]
@@ -279,6 +287,7 @@ mod tests {
         let rows = (0..).zip(records).collect();
         let tally = IdentificationSummary::of(&rows);
         assert_eq!((tally.all.decided, tally.all.right), (2, 1));
+        let bias = IdentifiedKind::Known(bias);
         let row = &tally.in_the_end[&bias];
         assert_eq!((row.cases, row.undecided, &row.decided), (2, 0, &BTreeMap::from([(bias, 2)])));
         let sizing = &tally.sizes_in_the_end[&bias];

@@ -1,8 +1,7 @@
 //! What kind of fault it is, and how large.
 
-use crate::fault::FaultKind;
 use crate::printable;
-use crate::{Candidate, FaultSize, Identification};
+use crate::{Candidate, FaultSize, Identification, IdentifiedKind};
 
 /// Contenders that are named where there is little room.
 const NAMED: usize = 3;
@@ -30,7 +29,7 @@ pub fn brief(candidate: &Candidate) -> String {
     of_size(candidate, middle)
 }
 
-fn of_size(candidate: &Candidate, in_words: fn(&FaultSize, FaultKind) -> String) -> String {
+fn of_size(candidate: &Candidate, in_words: fn(&FaultSize, IdentifiedKind) -> String) -> String {
     let kind = candidate.kind.words();
     let Some(size) = &candidate.size else { return kind.to_owned() };
     let joint = if kind.contains(" of ") { ", " } else { " of " };
@@ -38,7 +37,7 @@ fn of_size(candidate: &Candidate, in_words: fn(&FaultSize, FaultKind) -> String)
 }
 
 /// The size of a kind of fault with its interval, to as many digits as the interval has a meaning for.
-pub fn fault_size(size: &FaultSize, kind: FaultKind) -> String {
+pub fn fault_size(size: &FaultSize, kind: IdentifiedKind) -> String {
     let (scale, _) = in_small_units(unit(size, kind));
     let [low, high] = [size.low, size.high].map(|number| number * scale);
     let digits = digits(size, scale);
@@ -46,7 +45,7 @@ pub fn fault_size(size: &FaultSize, kind: FaultKind) -> String {
 }
 
 /// The middle of a size alone.
-fn middle(size: &FaultSize, kind: FaultKind) -> String {
+fn middle(size: &FaultSize, kind: IdentifiedKind) -> String {
     let (scale, small) = in_small_units(unit(size, kind));
     let (value, digits) = (size.value * scale, digits(size, scale));
     // Of these the sign tells the direction; the others have none.
@@ -56,7 +55,7 @@ fn middle(size: &FaultSize, kind: FaultKind) -> String {
 }
 
 /// A kind without a size is given none; a peer that gives it one has given a bare number.
-fn unit(size: &FaultSize, kind: FaultKind) -> &'static str {
+fn unit(size: &FaultSize, kind: IdentifiedKind) -> &'static str {
     match kind.size_unit() {
         Some("m/s") if size.own_unit => "per second",
         Some(unit) if !size.own_unit => unit,
@@ -104,13 +103,18 @@ pub fn decimals(difference: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fault::FaultKind;
     use crate::{RunId, Step};
+
+    fn of_name(kind: &str) -> IdentifiedKind {
+        FaultKind::named(kind).map_or(IdentifiedKind::NoneOfThese, IdentifiedKind::Known)
+    }
 
     /// Without sizes.
     fn identification(decided: bool, kinds: &[&str]) -> Identification {
         let candidate = |kind: &&str| {
             let probability = if decided { 0.987 } else { 0.5 };
-            Candidate { kind: FaultKind::named(kind).unwrap(), probability, size: None }
+            Candidate { kind: of_name(kind), probability, size: None }
         };
         Identification {
             structure: "tower".parse().unwrap(),
@@ -129,7 +133,7 @@ mod tests {
 
     fn sized(kind: &str, [low, value, high]: [f64; 3]) -> Candidate {
         let size = Some(FaultSize { value, low, high, own_unit: false });
-        Candidate { kind: FaultKind::named(kind).unwrap(), probability: 0.99, size }
+        Candidate { kind: of_name(kind), probability: 0.99, size }
     }
 
     #[test]
@@ -171,6 +175,10 @@ mod tests {
         assert_eq!(many, "bias or drift or gain: not yet decided");
         assert_eq!(undecided(&[]), "could not be identified");
         assert_eq!(identified(&identification(true, &["stuck", "bias"])), "stuck reading");
+        let none = identified(&identification(true, &["none_of_these"]));
+        assert_eq!(none, "none of the known kinds");
+        let perhaps = undecided(&["bias", "none_of_these"]);
+        assert_eq!(perhaps, "bias or none of the known kinds: not yet decided");
     }
 
     #[test]

@@ -10,11 +10,11 @@ use std::ops::Range;
 use vocabulary::SignaturePoint;
 
 use super::flows::{self, FlowStep, FlowSums};
-use crate::identification::axis::SearchAxis;
+use crate::identification::axis::{SearchAxis, YOUNG_S};
 use crate::identification::excerpt::{CylinderSeries, Excerpt};
 use crate::identification::level::{LevelFilter, Prior, Walked, Weighed, likeliest_walk};
 use crate::identification::mixture::Mixture;
-use crate::identification::points::Grouping;
+use crate::identification::points::{FINE_BEFORE_S, Grouping};
 use crate::identification::signature::signature;
 use crate::residual::NominalHydraulics;
 
@@ -25,6 +25,17 @@ pub(super) const FIGURES: Prior = Prior { mean: 0.0, deviation: 0.0485 };
 const AS_COMMANDED: Prior = Prior { mean: 0.0, deviation: 1e-9 };
 /// Onsets apart, at first, as a share of their age.
 const APART: f64 = 0.25;
+/// How likely it is that a fault ends within the series.
+const HAS_ENDED: f64 = 0.02;
+/// By how much the balance wanders in a second after that, in standard deviations of what a chamber is measured to hold,
+/// each as likely as the others: the repair moves cylinder and valve in ways that their figures do not tell.
+const AFTER_END: [f64; 4] = [1e3, 3e3, 1e4, 3e4];
+/// Ends that are tried at first, and places for them from each point to the next.
+const ENDS_AT_FIRST: f64 = 24.0;
+const ENDS_WITHIN: usize = 8;
+
+/// Of a fault that does not end.
+const LASTS: (f64, f64) = (f64::INFINITY, 0.0);
 
 /// Coefficients beside that of the fault: both volumes, the valve's gain, the null flow.
 const OPEN: usize = 4;
@@ -53,7 +64,9 @@ pub(in crate::identification) struct OilBalance {
     /// Places of points, and their axis.
     onsets: Vec<usize>,
     axis: SearchAxis,
-    noise_m6: [f64; 2],
+    /// The onset that was seen, or the earliest one if none was, as a point's place.
+    seen: usize,
+    pub(super) noise_m6: [f64; 2],
     walk_m6_per_s: [f64; 2],
     null_flow: Prior,
 }
@@ -83,8 +96,11 @@ impl OilBalance {
         let onsets: Vec<usize> = (0..points.len()).filter(|k| points[*k].at_s <= 1e-9).collect();
         let noise_m6 = capacity.map(|capacity| (capacity * h.pressure_noise_pa).powi(2));
         let earliest = points.iter().position(|point| point.at_s >= grouping.fine_from_s);
+        let seen_s = grouping.fine_from_s + FINE_BEFORE_S;
+        let seen = onsets.iter().copied().find(|k| points[*k].at_s >= seen_s - 1e-9);
         let mut balance = Self {
             axis: SearchAxis::of_onsets(onsets.iter().map(|k| points[*k].at_s), APART),
+            seen: seen.unwrap_or(0),
             steps,
             hydraulics: h,
             grouping,
@@ -104,6 +120,60 @@ impl OilBalance {
         self.axis.integrate(|place| weigh(self.onsets[place]))
     }
 
+    /// The same of a fault that may have ended: by the place among the points, or on the way to the next, where it did, and by how
+    /// much the balance wanders then, see [`AFTER_END`].
+    pub(super) fn over_onsets_and_ends(
+        &self,
+        weigh: impl Fn(usize, (f64, f64)) -> Vec<Weighed>,
+    ) -> Mixture {
+        let mut all = Mixture::default();
+        all.extend(self.over_onsets(|first| weigh(first, LASTS)), 1.0 - HAS_ENDED);
+        let ends: Vec<f64> = (self.seen * ENDS_WITHIN + 1..(self.points.len() - 1) * ENDS_WITHIN)
+            .map(|part| part as f64 / ENDS_WITHIN as f64)
+            .collect();
+        // Any order of magnitude of how long it lasts is as likely as any other.
+        let seen_s = self.points[self.seen].at_s;
+        let lasted = |end: &f64| (self.between(*end, |point| point.at_s) - seen_s + YOUNG_S).ln();
+        let lasted: Vec<f64> = ends.iter().map(lasted).collect();
+        let span = lasted.last().map_or(0.0, |last| last - lasted[0]);
+        let axis = SearchAxis::new(lasted, span / ENDS_AT_FIRST);
+        let lasts = Mixture::of_equals(weigh(self.seen, LASTS)).log_likelihood();
+        let ended = self.over_onsets_and(&axis, lasts, |first, place| {
+            let end = ends[place];
+            let cases = AFTER_END.into_iter().flat_map(|after| weigh(first, (end, after)));
+            cases.map(|case| Weighed { end, ..case }).collect()
+        });
+        all.extend(ended, HAS_ENDED);
+        all
+    }
+
+    /// Weighs a hypothesis over all onsets and over the places along another axis: over these given the onset that was
+    /// seen, and over the onsets given the likeliest of these, as if what is likely of one did not depend on the other.
+    /// Nothing, if it is less likely than this given the onset that was seen.
+    pub(super) fn over_onsets_and(
+        &self,
+        axis: &SearchAxis,
+        least: f64,
+        weigh: impl Fn(usize, usize) -> Vec<Weighed>,
+    ) -> Mixture {
+        let places = axis.integrate(|place| weigh(self.seen, place));
+        let mut both = Mixture::default();
+        if let Some(best) = places.likeliest().filter(|_| places.log_likelihood() >= least) {
+            let at_best = Mixture::of_equals(weigh(self.seen, best.place));
+            let share = (places.log_likelihood() - at_best.log_likelihood()).exp();
+            both.extend(self.over_onsets(|first| weigh(first, best.place)), share);
+        }
+        both
+    }
+
+    /// What points have at a place among them, or on the way from one to the next.
+    fn between(&self, place: f64, of: impl Fn(&BalancePoint) -> f64) -> f64 {
+        let (whole, part) = (place.floor() as usize, place.fract());
+        let before = of(&self.points[whole]);
+        let next = self.points.get(whole + 1).filter(|_| part > 0.0);
+        next.map_or(before, |next| before + part * (of(next) - before))
+    }
+
     /// Some of the onsets, so many at most, and when they are \[s\].
     pub(super) fn some_onsets(&self, most: usize) -> Vec<f64> {
         let coarse: Vec<f64> =
@@ -112,29 +182,80 @@ impl OilBalance {
         coarse.into_iter().rev().step_by(every).collect()
     }
 
-    /// What both chambers say of a fault that begins with a point: `sum` is what it would have done to each chamber from the
-    /// beginning on.
-    pub(super) fn since(
+    /// What both chambers say of a fault that begins with a point and ends at a place: `sum` is what it would have done to each
+    /// chamber from the beginning on.
+    pub(super) fn during(
         &self,
         first: usize,
+        (end, after): (f64, f64),
         sum: impl Fn(&FlowSums) -> [f64; 2],
     ) -> LevelFilter<ALL> {
-        let begun = sum(&self.points[first].sums);
-        self.follow(self.points.len(), self.walk_m6_per_s, |place, point| {
-            let now = sum(&point.sums);
-            let effect = [0, 1].map(|k| if place < first { 0.0 } else { now[k] - begun[k] });
-            (point.sums.oil, effect)
+        let afterwards = self.noise_m6.map(|noise| after * after * noise);
+        let walk = |place: usize| if place as f64 > end { afterwards } else { self.walk_m6_per_s };
+        self.follow(self.points.len(), walk, |place, point| {
+            let until = |place: usize, k: usize| {
+                self.between(end.max(first as f64).min(place as f64), |point| sum(&point.sums)[k])
+            };
+            let effect = |k| if place < first { 0.0 } else { until(place, k) - until(first, k) };
+            (point.sums.oil, [0, 1].map(effect))
         })
     }
 
-    /// What both chambers say if the valve let through what is given for each step \[m³/s\], and nothing else is wrong.
-    pub(super) fn with_valve(&self, flow: &[f64]) -> LevelFilter<ALL> {
-        let oil = flows::oil(&self.hydraulics, &self.steps, flow);
-        self.follow(self.points.len(), self.walk_m6_per_s, |place, _| {
-            let of = &self.groups[place];
-            let mean = |k: usize| oil[of.clone()].iter().map(|oil| oil[k]).sum::<f64>();
-            ([0, 1].map(|k| mean(k) / of.len() as f64), [0.0; 2])
-        })
+    /// What both chambers say if from a point on the balance of those affected wanders in a second by so many standard
+    /// deviations of what a chamber is measured to hold.
+    pub(super) fn wandering_since(
+        &self,
+        first: usize,
+        affected: [bool; 2],
+        deviations: f64,
+    ) -> LevelFilter<ALL> {
+        let usual = self.walk_m6_per_s;
+        let afterwards = [0, 1].map(|k| {
+            if affected[k] { deviations * deviations * self.noise_m6[k] } else { usual[k] }
+        });
+        let walk = |place: usize| if place < first { usual } else { afterwards };
+        self.follow(self.points.len(), walk, |_, point| (point.sums.oil, [0.0; 2]))
+    }
+
+    /// What both chambers say if the valve let through what is given for each step \[m³/s\], and nothing else is wrong but
+    /// where its spool is: by such a share of what that flow makes of the balance, in the end. What a displaced spool lets
+    /// into A too much it lets out of B. Followed are the sum of both chambers, in which that cancels, and their difference,
+    /// weighed so that noise makes the two independent.
+    pub(super) fn with_valve(&self, flow: &[f64], wrong: f64) -> LevelFilter<ALL> {
+        let let_in = flows::oil(&self.hydraulics, &self.steps, flow);
+        let mean = |of: &Range<usize>, k: usize| {
+            let_in[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / of.len() as f64
+        };
+        let means: Vec<[f64; 2]> =
+            self.groups.iter().map(|of| [0, 1].map(|k| mean(of, k))).collect();
+        let off = |(point, mean): (&BalancePoint, &[f64; 2])| (mean[0] - point.sums.oil[0]).abs();
+        let departure_m3 = self.points.iter().zip(&means).map(off).fold(0.0, f64::max);
+        let all_s = self.points[self.points.len() - 1].at_s - self.points[0].at_s;
+        let displaced_m6_per_s = (wrong * departure_m3).powi(2) / all_s.max(self.grouping.step_s);
+
+        let [of_a, of_b] = self.noise_m6.map(|noise| noise / (self.noise_m6[0] + self.noise_m6[1]));
+        let turned = |[a, b]: [f64; 2]| [of_b * a - of_a * b, a + b];
+        let variances = |[a, b]: [f64; 2]| [of_b * of_b * a + of_a * of_a * b, a + b];
+        let noise_m6 = variances(self.noise_m6);
+        let walk_m6_per_s = variances(self.walk_m6_per_s);
+        let walk_m6_per_s = [walk_m6_per_s[0] + displaced_m6_per_s, walk_m6_per_s[1]];
+        let mut levels = noise_m6.map(first_level);
+        let mut before = self.points[0];
+        for (point, let_in) in self.points.iter().zip(means) {
+            let unsure = |k: usize| (point.sums.unsure[k] - before.sums.unsure[k]).powi(2);
+            let unsure_m6 = variances([unsure(0), unsure(1)]);
+            let held = turned([0, 1].map(|k| point.held[k] - let_in[k]));
+            let volumes = [turned([-point.held_near[0], 0.0]), turned([0.0, -point.held_near[1]])];
+            let (let_in, null) = (turned(let_in), turned(point.sums.null));
+            for (k, level) in levels.iter_mut().enumerate() {
+                let walked = walk_m6_per_s[k] * (point.at_s - before.at_s) + unsure_m6[k];
+                let regressors = [0.0, volumes[0][k], volumes[1][k], let_in[k], null[k]];
+                let noise = noise_m6[k] / point.count;
+                level.take(held[k], Walked::before(walked), noise, regressors);
+            }
+            before = *point;
+        }
+        levels[0].together(&levels[1])
     }
 
     /// What a chamber was seen to hold more than its valve was commanded to let in, and what a case makes of it, given how
@@ -145,16 +266,32 @@ impl OilBalance {
         chamber: usize,
         sum: impl Fn(&FlowSums) -> f64,
     ) -> Vec<SignaturePoint> {
-        let Some(first) = self.onsets.get(best.place).map(|place| &self.points[*place]) else {
-            return Vec::new();
+        let sum = |place: f64| self.between(place, |point| sum(&point.sums));
+        self.drawn(best, chamber, |first, place, _| {
+            best.mean * (sum(best.end.max(first as f64).min(place as f64)) - sum(first as f64))
+        })
+    }
+
+    /// The same of what may be anything.
+    pub(super) fn as_measured(&self, best: &Weighed) -> Vec<SignaturePoint> {
+        self.drawn(best, 0, |_, _, measured| measured)
+    }
+
+    /// What was measured, and what is fitted to it after an onset, by the places of its first point and of a point.
+    fn drawn(
+        &self,
+        best: &Weighed,
+        chamber: usize,
+        fitted: impl Fn(usize, usize, f64) -> f64,
+    ) -> Vec<SignaturePoint> {
+        let Some(first) = self.onsets.get(best.place).copied() else { return Vec::new() };
+        let at = |(place, point): (usize, &BalancePoint)| {
+            let measured = point.held[chamber] - point.sums.oil[chamber];
+            let after = if place < first { 0.0 } else { fitted(first, place, measured) };
+            (point.at_s, measured, after)
         };
-        let begun = sum(&first.sums);
-        let at = |point: &BalancePoint| {
-            let after = if point.at_s < first.at_s { 0.0 } else { sum(&point.sums) - begun };
-            (point.at_s, point.held[chamber] - point.sums.oil[chamber], best.mean * after)
-        };
-        let series: Vec<_> = self.points.iter().map(at).collect();
-        signature(&series, first.at_s, |at_s| self.grouping.step_at(at_s))
+        let series: Vec<_> = self.points.iter().enumerate().map(at).collect();
+        signature(&series, self.points[first].at_s, |at_s| self.grouping.step_at(at_s))
     }
 
     /// The same of a valve that let through what is given for each step \[m³/s\], of chamber A.
@@ -185,19 +322,19 @@ impl OilBalance {
         level.weigh(&[of_fault, FIGURES, FIGURES, FIGURES, self.null_flow])
     }
 
-    /// Goes through the first `count` points; `at` tells the oil let in and the fault's effect on each chamber.
+    /// Goes through the first `count` points; `walk_m6_per_s` tells by how much the balance wanders before each, `at` the
+    /// oil let in and the fault's effect on each chamber.
     fn follow(
         &self,
         count: usize,
-        walk_m6_per_s: [f64; 2],
+        walk_m6_per_s: impl Fn(usize) -> [f64; 2],
         at: impl Fn(usize, &BalancePoint) -> ([f64; 2], [f64; 2]),
     ) -> LevelFilter<ALL> {
-        // The first pressure's noise is in all that follows.
-        let start = |k: usize| LevelFilter::new(Prior::about_zero(2.0 * self.noise_m6[k].sqrt()));
-        let mut levels: [LevelFilter<ALL>; 2] = [start(0), start(1)];
+        let mut levels = self.noise_m6.map(first_level);
         let mut before = self.points[0];
         for (place, point) in self.points.iter().enumerate().take(count) {
             let (oil, effect) = at(place, point);
+            let walk_m6_per_s = walk_m6_per_s(place);
             for (k, level) in levels.iter_mut().enumerate() {
                 let [a, b] = [0, 1].map(|own| if own == k { -point.held_near[k] } else { 0.0 });
                 let regressors = [effect[k], a, b, oil[k], point.sums.null[k]];
@@ -219,11 +356,17 @@ impl OilBalance {
     fn wandering(&self, earliest: usize) -> [f64; 2] {
         let scaled = |walk: f64| self.noise_m6.map(|noise| walk * walk * noise);
         scaled(likeliest_walk(earliest, |walk| {
-            let level = self.follow(earliest, scaled(walk), |_, point| (point.sums.oil, [0.0; 2]));
+            let walk = |_: usize| scaled(walk);
+            let level = self.follow(earliest, walk, |_, point| (point.sums.oil, [0.0; 2]));
             let weighed = self.weigh(&level, &[Prior::about_zero(1.0)]);
             weighed.first().map_or(f64::NEG_INFINITY, |weighed| weighed.log_likelihood)
         }))
     }
+}
+
+/// Before the first value: its noise is in all that follows.
+fn first_level(noise_m6: f64) -> LevelFilter<ALL> {
+    LevelFilter::new(Prior::about_zero(2.0 * noise_m6.sqrt()))
 }
 
 fn mean(
@@ -260,5 +403,81 @@ fn look_around(points: &mut [BalancePoint]) {
         let width = after.0 - before.0;
         let share = if width > 0.0 { (point.at_s - before.0) / width } else { 0.0 };
         point.held_near = [0, 1].map(|k| before.1[k] + share * (after.1[k] - before.1[k]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vocabulary::{RunId, Step};
+
+    use super::*;
+    use crate::identification::excerpt::CylinderStep;
+    use crate::identification::{FaultOnset, MeasuredSeries};
+    use crate::testing::hydraulics;
+
+    /// Pressures that follow nothing, far from supply and tank.
+    fn balance() -> OilBalance {
+        let step = |step: u64| {
+            let wave = |pace: f64| (pace * (step * step) as f64).sin();
+            let pressures_pa = [8e6 + 1e4 * wave(2.4), 9e6 + 1e4 * wave(1.7)];
+            CylinderStep { step: Step(step), demand_n: 2e3 * wave(0.3), pressures_pa }
+        };
+        let series = CylinderSeries {
+            steps: (0..60).map(step).collect(),
+            hydraulics: hydraulics(),
+            null_flow: Prior::about_zero(1e-9),
+        };
+        let excerpt = Excerpt {
+            run: RunId(1),
+            sequence: 1,
+            component: "actuator/a1".parse().unwrap(),
+            as_of: Step(60),
+            step_s: 1e-3,
+            seen: FaultOnset::Change { onset: Step(30), detection: Step(40) },
+            measured: MeasuredSeries::Cylinder(series.clone()),
+        };
+        OilBalance::new(&excerpt, &series).unwrap()
+    }
+
+    /// What is weighed of a valve that let through what was commanded, with something added to what the chambers hold at the
+    /// end.
+    fn as_commanded(balance: &OilBalance, added_m3: [f64; 2], wrong: f64) -> f64 {
+        let mut balance = balance.clone();
+        let last = balance.points.len() - 1;
+        for k in [0, 1] {
+            balance.points[last].held[k] += added_m3[k];
+        }
+        let flow: Vec<f64> = balance.steps.iter().map(|step| 1.1 * step.commanded).collect();
+        let level = balance.with_valve(&flow, wrong);
+        balance.weigh_valve(&level, Prior::about_zero(1.0)).unwrap().log_likelihood
+    }
+
+    #[test]
+    fn without_error_sum_and_difference_say_of_a_valve_what_the_two_chambers_say() {
+        let mut balance = balance();
+        // What flows is known: otherwise it is uncertain by another share of each chamber's noise.
+        balance.points.iter_mut().for_each(|point| point.sums.unsure = [0.0; 2]);
+        let turned = as_commanded(&balance, [0.0; 2], 0.0);
+        let flow: Vec<f64> = balance.steps.iter().map(|step| 1.1 * step.commanded).collect();
+        let let_in = flows::oil(&balance.hydraulics, &balance.steps, &flow);
+        for (point, of) in balance.points.iter_mut().zip(&balance.groups) {
+            let count = of.len() as f64;
+            point.sums.oil =
+                [0, 1].map(|k| let_in[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / count);
+        }
+        let level = balance.during(0, LASTS, |_| [0.0; 2]);
+        let plain = balance.weigh_valve(&level, Prior::about_zero(1.0)).unwrap().log_likelihood;
+        assert!((turned - plain).abs() < 1e-6 * plain.abs(), "{turned} {plain}");
+    }
+
+    #[test]
+    fn a_displaced_spool_may_move_oil_from_one_chamber_to_the_other_but_add_none() {
+        let balance = balance();
+        let much_m3 = 100.0 * balance.noise_m6[0].sqrt();
+        let gained = |added: [f64; 2]| {
+            as_commanded(&balance, added, 1.0) - as_commanded(&balance, added, 0.0)
+        };
+        let [moved, added] = [gained([much_m3, -much_m3]), gained([much_m3, much_m3])];
+        assert!(moved > 10.0 && moved > 10.0 * added, "{moved} {added}");
     }
 }

@@ -7,10 +7,10 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use vocabulary::fault::FaultKind;
+use vocabulary::{IdentifiedKind, fault::FaultKind};
 
-use super::record::{GagePoint, GageRecord, Onset};
-use super::{log_density, with_answers};
+use super::record::{GagePoint, GageRecord, Onset, Wandering};
+use super::{answered, log_density};
 use crate::identification::Hypothesis;
 use crate::identification::level::{LevelFilter, Weighed, deviance};
 
@@ -27,22 +27,21 @@ const ROUNDS: usize = 3;
 const HOPELESS: f64 = 300.0;
 
 pub(super) const HYPOTHESIS: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::Intermittent,
+    kind: IdentifiedKind::Known(FaultKind::Intermittent),
     prior: 0.5,
     weigh: |record| {
         let likeliest = Cell::new(f64::NEG_INFINITY);
-        let cases = with_answers(
-            record,
-            |best| best.mean,
-            |onset, wandering, answer_m2_per_s| {
-                let m2_per_s = wandering.m2_per_s + answer_m2_per_s;
-                let least = likeliest.get() - HOPELESS;
-                let case = weigh(record, onset, wandering.before(onset), m2_per_s, least);
-                let log = case.map_or(f64::NEG_INFINITY, |case| case.log_likelihood);
-                likeliest.set(likeliest.get().max(log));
-                case.into_iter().collect()
-            },
-        );
+        let weigh = |onset: &Onset, wandering: &Wandering, answer_m2_per_s: f64| {
+            let m2_per_s = wandering.m2_per_s + answer_m2_per_s;
+            let least = likeliest.get() - HOPELESS;
+            let case = weigh(record, onset, wandering.before(onset), m2_per_s, least);
+            let log = case.map_or(f64::NEG_INFINITY, |case| case.log_likelihood);
+            likeliest.set(likeliest.get().max(log));
+            case.into_iter().collect()
+        };
+        let mut cases = record.over_onsets(|onset, wandering| weigh(onset, wandering, 0.0));
+        let offset_m = cases.likeliest().map_or(0.0, |best| best.mean);
+        cases.extend(answered(record, offset_m, weigh), 1.0);
         cases.sized(|offset| OF_POINTS * offset)
     },
     show: |record, best| {
@@ -83,12 +82,8 @@ fn weigh(
     let variance = uncertain + record.noise_m2 / passed.open.max(1.0);
     // Laplace's approximation of the integral over the offset.
     let integral = log_density(offset, record.own_noise_m2.sqrt()) + 0.5 * (TAU * variance).ln();
-    Some(Weighed {
-        log_likelihood: before.log_likelihood() + passed.log_likelihood + integral,
-        mean: offset,
-        variance,
-        place: 0,
-    })
+    let log_likelihood = before.log_likelihood() + passed.log_likelihood + integral;
+    Some(Weighed { mean: offset, variance, ..Weighed::of(log_likelihood) })
 }
 
 /// A contact, and what the gage reads too much while it is open.

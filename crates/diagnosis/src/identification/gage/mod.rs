@@ -1,9 +1,11 @@
-//! What can be wrong with a gage. Small hypotheses stand here; an intermittent contact has a file of its own.
+//! What can be wrong with a gage. Small hypotheses stand here; an intermittent contact, and what no kind explains, have
+//! files of their own.
 
 mod intermittent;
+mod process;
 pub(super) mod record;
 
-use vocabulary::{FaultSize, fault::FaultKind};
+use vocabulary::{FaultSize, IdentifiedKind::Known, SignaturePoint, fault::FaultKind};
 
 use self::record::{GagePoint, GageRecord, Onset, Wandering};
 use super::Hypothesis;
@@ -11,8 +13,16 @@ use super::level::{LevelFilter, Prior, Weighed, deviance};
 use super::mixture::Mixture;
 
 /// All of them.
-pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 7] =
-    [BIAS, DRIFT, GAIN, intermittent::HYPOTHESIS, ZERO_OUTPUT, STUCK, RANDOM_WALK];
+pub(super) const HYPOTHESES: [Hypothesis<GageRecord>; 8] = [
+    BIAS,
+    DRIFT,
+    GAIN,
+    intermittent::HYPOTHESIS,
+    ZERO_OUTPUT,
+    STUCK,
+    RANDOM_WALK,
+    process::HYPOTHESIS,
+];
 
 /// By how much a size may be wrong beyond what noise and wandering make of it, as a share of it: the controller moves the
 /// structure by what a faulty gage reads, and how the others follow that is known from the model and the strokes, within a
@@ -40,29 +50,24 @@ const RATIO: f64 = 1.06;
 
 /// It reads a constant amount too much: a step at the onset \[m\], from its own noise to ten thousand times that.
 const BIAS: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::Bias,
+    kind: Known(FaultKind::Bias),
     prior: 1.0,
     weigh: |record| {
         let unit_m = record.own_noise_m2.sqrt();
-        let displaced_m = |best: &Weighed| best.mean;
-        let cases = with_answers(record, displaced_m, |onset, wandering, answer_m2_per_s| {
+        let error = |size: f64| OF_CONTROLLER * size;
+        displacement(record, bias_m, error, |onset, wandering, answer_m2_per_s| {
             let share = |point: &GagePoint| point.share_after(onset.at_s);
             let filter = record.follow(onset, wandering, answer_m2_per_s, share);
             at_all_scales(&filter, unit_m)
-        });
-        cases.sized(|size| OF_CONTROLLER * size)
-    },
-    show: |record, best| {
-        record.signature(best, |point, onset, level_m| {
-            level_m + best.mean * point.share_after(onset.at_s)
         })
     },
+    show: |record, best| departed(record, best, bias_m),
 };
 
 /// Its offset grows steadily: a ramp from the onset on \[m/s\], by its own noise in a hundred seconds, up to ten thousand
 /// times its noise in a second.
 const DRIFT: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::Drift,
+    kind: Known(FaultKind::Drift),
     prior: 1.0,
     weigh: |record| {
         let unit_m = record.own_noise_m2.sqrt();
@@ -72,23 +77,20 @@ const DRIFT: Hypothesis<GageRecord> = Hypothesis {
             [0.01, 1.0].iter().flat_map(|unit| at_all_scales(&filter, unit * unit_m)).collect()
         });
         let age_s = cases.likeliest().map_or(0.0, |best| record.age_s(&best));
-        cases.sized(|size| OF_CONTROLLER * size / age_s.max(1.0))
+        let (cases, size) = cases.sized(|size| OF_CONTROLLER * size / age_s.max(1.0));
+        (process::not_quite(record, cases, drift_m), size)
     },
-    show: |record, best| {
-        record.signature(best, |point, onset, level_m| {
-            level_m + best.mean * point.time_after_s(onset.at_s)
-        })
-    },
+    show: |record, best| departed(record, best, drift_m),
 };
 
 /// Its reading is multiplied by a factor: the error is proportional to the elongation that the other gages predict. A part
 /// of the structure that has become softer has the same effect, with a gain above one.
 const GAIN: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::Gain,
+    kind: Known(FaultKind::Gain),
     prior: 1.0,
     weigh: |record| {
-        let displaced_m = |best: &Weighed| (best.mean - 1.0) * record.largest_expected_m();
-        let cases = with_answers(record, displaced_m, |onset, wandering, answer_m2_per_s| {
+        let error = |gain: f64| OF_EXPECTED * (gain - 1.0);
+        displacement(record, gain_m, error, |onset, wandering, answer_m2_per_s| {
             // It read so much more than the others say before.
             let (before_m, _) = wandering.before(onset).level();
             let filter = record.follow(onset, wandering, answer_m2_per_s, |point| {
@@ -97,20 +99,14 @@ const GAIN: Hypothesis<GageRecord> = Hypothesis {
             let priors = GAIN_DEVIATIONS.iter().map(|deviation| Prior::about_zero(*deviation));
             let weighed = priors.filter_map(|prior| filter.weigh(&[prior]));
             weighed.map(|case| Weighed { mean: 1.0 + case.mean, ..case }).collect()
-        });
-        cases.sized(|gain| OF_EXPECTED * (gain - 1.0))
-    },
-    show: |record, best| {
-        record.signature(best, |point, onset, level_m| {
-            let healthy_m = point.expected_m + level_m;
-            level_m + (best.mean - 1.0) * healthy_m * point.share_after(onset.at_s)
         })
     },
+    show: |record, best| departed(record, best, gain_m),
 };
 
 /// It reads zero, noise apart, whatever the others say.
 const ZERO_OUTPUT: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::ZeroOutput,
+    kind: Known(FaultKind::ZeroOutput),
     prior: 1.0,
     weigh: |record| {
         let deviances = record.own_deviances(|point| point.reading_m);
@@ -121,7 +117,7 @@ const ZERO_OUTPUT: Hypothesis<GageRecord> = Hypothesis {
 
 /// It repeats its last reading.
 const STUCK: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::Stuck,
+    kind: Known(FaultKind::Stuck),
     prior: 1.0,
     weigh: |record| (without_size(record, |onset| held(record, onset)), None),
     show: |record, best| {
@@ -133,20 +129,18 @@ const STUCK: Hypothesis<GageRecord> = Hypothesis {
 
 /// Its offset wanders: from the onset on each step adds a normal increment \[m per step\].
 const RANDOM_WALK: Hypothesis<GageRecord> = Hypothesis {
-    kind: FaultKind::RandomWalk,
+    kind: Known(FaultKind::RandomWalk),
     prior: 1.0,
     weigh: |record| {
         let unit = record.own_noise_m2.sqrt();
         let wandering = record.likeliest_wandering();
         let cases = record.over_onsets_with(wandering, |onset, wandering| {
-            let before = wandering.before(onset);
-            let weigh = |increment: &f64| walk(record, onset, before, increment * unit);
+            let weigh = |increment: &f64| walk(record, onset, wandering, increment * unit);
             INCREMENTS.iter().map(weigh).collect()
         });
         let size = wandering.first().zip(cases.likeliest()).and_then(|(wandering, likeliest)| {
             let onset = &record.onsets[likeliest.place];
-            let before = wandering.before(onset);
-            increment(|increment| walk(record, onset, before, increment), likeliest.mean)
+            increment(|increment| walk(record, onset, wandering, increment), likeliest.mean)
         });
         (cases, size)
     },
@@ -154,17 +148,65 @@ const RANDOM_WALK: Hypothesis<GageRecord> = Hypothesis {
     show: |record, best| record.signature(best, |point, _, _| point.off_m),
 };
 
-/// Weighs a hypothesis over all onsets and every likely way in which the level wanders, without and with an answer of the
-/// controller, which moves the level by so much more in a second \[m²\]; `displaced_m` is by how much a case displaces the
-/// reading \[m\].
-fn with_answers(
+/// By how much a size displaces a point \[m\], given the onset and how much the gage read too much before it.
+type Displaced = fn(&GagePoint, &Onset, f64, f64) -> f64;
+
+fn bias_m(point: &GagePoint, onset: &Onset, _: f64, offset_m: f64) -> f64 {
+    offset_m * point.share_after(onset.at_s)
+}
+
+fn drift_m(point: &GagePoint, onset: &Onset, _: f64, drift_m_per_s: f64) -> f64 {
+    drift_m_per_s * point.time_after_s(onset.at_s)
+}
+
+fn gain_m(point: &GagePoint, onset: &Onset, level_m: f64, gain: f64) -> f64 {
+    (gain - 1.0) * (point.expected_m + level_m) * point.share_after(onset.at_s)
+}
+
+/// The signature of what displaces all points from the onset on.
+fn departed(record: &GageRecord, best: &Weighed, displaced: Displaced) -> Vec<SignaturePoint> {
+    record.signature(best, |point, onset, level_m| {
+        level_m + displaced(point, onset, level_m, best.mean)
+    })
+}
+
+/// By how much a case displaces the reading at most \[m\].
+fn departure_m(record: &GageRecord, best: &Weighed, displaced: Displaced) -> f64 {
+    let onset = &record.onsets[best.place];
+    let before = record.likeliest_wandering().first().map(|wandering| wandering.before(onset));
+    let level_m = before.map_or(0.0, |before| before.level().0);
+    let after = record.points[onset.first..].iter();
+    after.map(|point| displaced(point, onset, level_m, best.mean).abs()).fold(0.0, f64::max)
+}
+
+/// Weighs what displaces all points over all onsets and every likely way in which the level wanders: as it is, with a model
+/// that is not quite right, and with an answer of the controller. Its size may be wrong by `error` more than noise makes it.
+fn displacement(
     record: &GageRecord,
-    displaced_m: impl Fn(&Weighed) -> f64,
+    displaced: Displaced,
+    error: impl Fn(f64) -> f64,
+    weigh: impl Fn(&Onset, &Wandering, f64) -> Vec<Weighed>,
+) -> (Mixture, Option<FaultSize>) {
+    let exact = record.over_onsets(|onset, wandering| weigh(onset, wandering, 0.0));
+    let departure_m = exact.likeliest().map_or(0.0, |best| departure_m(record, &best, displaced));
+    let answered = answered(record, departure_m, weigh);
+    let mut both = exact.clone();
+    both.extend(answered.clone(), 1.0);
+    let (_, size) = both.sized(error);
+    let mut cases = process::not_quite(record, exact, displaced);
+    cases.extend(answered, 1.0);
+    (cases, size)
+}
+
+/// The same cases with an answer of the controller to this displacement \[m\], which moves the level by so much more in a
+/// second \[m²\].
+fn answered(
+    record: &GageRecord,
+    departure_m: f64,
     weigh: impl Fn(&Onset, &Wandering, f64) -> Vec<Weighed>,
 ) -> Mixture {
-    let mut cases = record.over_onsets(|onset, wandering| weigh(onset, wandering, 0.0));
-    let displaced_m = cases.likeliest().map_or(0.0, |best| displaced_m(&best).abs());
-    for answer_m in ANSWERS.map(|answer| answer * displaced_m) {
+    let mut cases = Mixture::default();
+    for answer_m in ANSWERS.map(|answer| answer * departure_m) {
         // Less is among the ways in which a healthy level wanders.
         if answer_m * answer_m > record.own_noise_m2 {
             let answered = record
@@ -195,7 +237,7 @@ fn log_density(displacement: f64, unit: f64) -> f64 {
 fn without_size(record: &GageRecord, deviance: impl Fn(&Onset) -> f64) -> Mixture {
     record.over_onsets(|onset, wandering| {
         let log_likelihood = wandering.before(onset).log_likelihood() - 0.5 * deviance(onset);
-        vec![Weighed { log_likelihood, mean: 0.0, variance: 0.0, place: 0 }]
+        vec![Weighed::of(log_likelihood)]
     })
 }
 
@@ -220,11 +262,8 @@ fn increment(weigh: impl Fn(f64) -> Weighed, about_m: f64) -> Option<FaultSize> 
     near.size()
 }
 
-fn walk(record: &GageRecord, onset: &Onset, before: &LevelFilter<0>, increment_m: f64) -> Weighed {
-    let mut level = before.clone();
+fn walk(record: &GageRecord, onset: &Onset, wandering: &Wandering, increment_m: f64) -> Weighed {
     let per_s = increment_m * increment_m / record.step_s;
-    for (place, point) in record.points.iter().enumerate().skip(onset.first) {
-        level.take(point.off_m, record.walked(place, per_s), record.noise_m2 / point.count, []);
-    }
-    Weighed { log_likelihood: level.log_likelihood(), mean: increment_m, variance: 0.0, place: 0 }
+    let log_likelihood = record.wandered(onset, wandering, per_s, |point| point.off_m);
+    Weighed { mean: increment_m, ..Weighed::of(log_likelihood) }
 }

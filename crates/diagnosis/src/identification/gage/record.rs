@@ -48,6 +48,11 @@ impl GagePoint {
         ((self.until_s - at_s) / length).clamp(0.0, 1.0)
     }
 
+    /// Its middle \[s\].
+    pub(super) fn middle_s(&self) -> f64 {
+        0.5 * (self.from_s + self.until_s)
+    }
+
     /// How long it is after a time, on average over it \[s\].
     pub(super) fn time_after_s(&self, at_s: f64) -> f64 {
         let middle = 0.5 * (self.until_s + self.from_s.max(at_s)) - at_s;
@@ -70,7 +75,7 @@ pub(super) struct Wandering {
     /// By how much in a second \[m²\].
     pub(super) m2_per_s: f64,
     /// The filter before each point, and after the last.
-    before: Vec<LevelFilter<0>>,
+    pub(super) before: Vec<LevelFilter<0>>,
 }
 
 impl Wandering {
@@ -91,7 +96,7 @@ pub(in crate::identification) struct GageRecord {
     /// Length of a step \[s\].
     pub(super) step_s: f64,
     grouping: Grouping,
-    wanderings: Vec<Wandering>,
+    pub(super) wanderings: Vec<Wandering>,
     /// The first point that a fault may affect; 0 if nothing is known of that.
     earliest: usize,
     pub(super) onsets: Vec<Onset>,
@@ -179,11 +184,6 @@ impl GageRecord {
         signature(&series, onset.at_s, |at_s| self.grouping.step_at(at_s))
     }
 
-    /// The largest elongation that the other gages predict \[m\].
-    pub(super) fn largest_expected_m(&self) -> f64 {
-        self.points.iter().map(|point| point.expected_m.abs()).fold(0.0, f64::max)
-    }
-
     /// The likeliest way in which the level wanders before the onset, for what wanders in a way of its own after it.
     pub(super) fn likeliest_wandering(&self) -> &[Wandering] {
         let before = |wandering: &Wandering| wandering.before[self.earliest].log_likelihood();
@@ -214,6 +214,23 @@ impl GageRecord {
             level.take(point.off_m, walked, self.noise_m2 / point.count, [regressor(point)]);
         }
         level
+    }
+
+    /// Logarithm of the likelihood if from an onset on what a point is left with is a level, which moves by so much in a
+    /// second, and noise.
+    pub(super) fn wandered(
+        &self,
+        onset: &Onset,
+        wandering: &Wandering,
+        m2_per_s: f64,
+        left_m: impl Fn(&GagePoint) -> f64,
+    ) -> f64 {
+        let mut level = wandering.before(onset).clone();
+        for (place, point) in self.points.iter().enumerate().skip(onset.first) {
+            let noise_m2 = self.noise_m2 / point.count;
+            level.take(left_m(point), self.walked(place, m2_per_s), noise_m2, []);
+        }
+        level.log_likelihood()
     }
 
     /// Of the points from each place on to the end, the deviance of a value that has no other than the gage's own noise.

@@ -52,7 +52,7 @@ impl FittedKind {
     pub(crate) fn candidate(&self) -> Candidate {
         let probability = if self.decided { DECIDED } else { UNDECIDED };
         let size = self.kind.size_unit().map(|_| self.size);
-        Candidate { kind: self.kind, probability, size }
+        Candidate { kind: self.kind.into(), probability, size }
     }
 }
 
@@ -124,8 +124,9 @@ impl DisplacedChannel {
         fits.sort_by(|(_, a, _), (_, b, _)| a.total_cmp(b));
         let [best, (_, next, _), _] = fits;
         // A few windows may rise or fall by chance: that decides against the others, but for nothing.
-        let is_fault =
-            |(kind, _, size): &(FaultKind, f64, FaultSize)| !may_be_healthy(*kind, Some(size));
+        let is_fault = |(kind, _, size): &(FaultKind, f64, FaultSize)| {
+            !may_be_healthy((*kind).into(), Some(size))
+        };
         let (kind, left, size) = fits.into_iter().find(is_fault).unwrap_or(best);
         let wander = rms(&before.iter().map(|x| x - rest).collect::<Vec<_>>());
         let decided = is_fault(&best)

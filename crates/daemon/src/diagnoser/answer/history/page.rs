@@ -355,7 +355,7 @@ mod tests {
     }
 
     fn found(sequence: u64, as_of: u64) -> HistoryEntry {
-        let kind = vocabulary::fault::FaultKind::Bias;
+        let kind = vocabulary::fault::FaultKind::Bias.into();
         let size =
             vocabulary::FaultSize { value: 1.0 / 3.0, low: 0.1, high: 2.0 / 3.0, own_unit: false };
         let candidate = vocabulary::Candidate { kind, probability: 0.1, size: Some(size) };

@@ -151,7 +151,7 @@ mod tests {
     }
 
     fn found(of: &Speaker, component: &str, sequence: u64, as_of: u64) -> JournalRecord {
-        let kind = vocabulary::fault::FaultKind::Bias;
+        let kind = vocabulary::fault::FaultKind::Bias.into();
         let candidate = vocabulary::Candidate { kind, probability: 0.1, size: None };
         let found = diagnosis::identification::IdentificationResult {
             run: RunId(1),
