@@ -35,6 +35,10 @@ const GAP: f64 = 1.5;
 /// A clock whose recent differences are all this close together shows every row its own time.
 const STEADY: f64 = 1.25;
 const DAY_S: f64 = 86_400.0;
+/// 1970-01-01 as [`days`] counts.
+const DAY_OF_1970: f64 = 719_469.0;
+/// Numbers of seconds that are taken as counted since 1970: from 1980 to 2100.
+const EPOCH_S: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
 
 /// Why a row has no step.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -93,6 +97,18 @@ impl Clock {
         let (first, last) = self.first.zip(self.last)?;
         let unit_s = if last.is_date { 1.0 } else { self.unit_s };
         Some((last.value - first.value) * unit_s).filter(|_| !self.is_step)
+    }
+
+    /// When the first row was taken \[s since 1970\], and whether its cell says its time zone; `None` if no column tells its
+    /// date.
+    pub(super) fn began_unix_s(&self) -> Option<(f64, bool)> {
+        let first = self.first.filter(|_| !self.is_step)?;
+        let seconds = match first.is_date {
+            true => first.value - DAY_OF_1970 * DAY_S,
+            false => first.value * self.unit_s,
+        };
+        let is_date = if first.is_date { !first.of_day } else { EPOCH_S.contains(&seconds) };
+        is_date.then_some((seconds, first.is_utc || !first.is_date))
     }
 
     /// When a row is that follows so many steps after the first, in words; `None` if no column tells it.
@@ -423,6 +439,24 @@ mod tests {
         for day in 0..100_000 {
             let date = date_of(f64::from(day));
             assert_eq!(days(&date), Some(Some(f64::from(day))), "{date}");
+        }
+    }
+
+    #[test]
+    fn a_date_is_a_time_since_1970() {
+        let began = |name: &str, cell: &str| {
+            let mut clock = Clock::of_column(0, name);
+            clock.take(cell.as_bytes(), &mut None).unwrap();
+            clock.began_unix_s()
+        };
+        assert_eq!(began("t", "1970-01-01 00:00:01"), Some((1.0, false)));
+        assert_eq!(began("t", "2024-10-27T02:59:59.5+02:00"), Some((1_729_990_799.5, true)));
+        assert_eq!(began("timestamp", "1729990799.5"), Some((1_729_990_799.5, true)));
+        assert_eq!(began("time_ms", "1729990799500"), Some((1_729_990_799.5, true)));
+        for (name, cell) in
+            [("t", "02:59:59"), ("t", "12.5"), (STEP, "1729990799"), ("t", "1/2/2024 11:59")]
+        {
+            assert_eq!(began(name, cell), None, "{cell}");
         }
     }
 

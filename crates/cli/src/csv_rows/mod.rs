@@ -228,6 +228,11 @@ impl CsvRows {
         Some(self.clock.passed_s()? / steps as f64).filter(|step_s| *step_s > 0.0)
     }
 
+    /// When the first row was taken \[s since 1970\], and whether the table says its time zone; `None` without a date.
+    pub(crate) fn began_unix_s(&self) -> Option<(f64, bool)> {
+        self.clock.began_unix_s()
+    }
+
     /// When rows are, as far as a column tells the times by now.
     pub(crate) fn times(&self) -> Option<RowTimes> {
         Some(RowTimes { clock: self.clock.clone(), step_s: self.step_s()? })

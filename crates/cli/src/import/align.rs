@@ -19,6 +19,8 @@ pub(super) struct LoggerTable {
     pub(super) step_s: f64,
     /// When its first row was taken, against the first table's \[s\].
     pub(super) begins_s: f64,
+    /// When that was \[s since 1970\], and whether the table says its time zone.
+    pub(super) began_unix_s: Option<(f64, bool)>,
     /// By column; NaN where a row or a value is missing.
     pub(super) columns: Vec<Vec<f64>>,
 }
@@ -48,11 +50,31 @@ impl LoggerTable {
             next = place + 1;
         }
         let step_s = learn::step_s(&rows, map.rate_hz)?;
-        Ok(Self { name, step_s, begins_s: map.offset_s.unwrap_or(0.0), columns: values })
+        let (begins_s, began_unix_s) = (map.offset_s.unwrap_or(0.0), rows.began_unix_s());
+        Ok(Self { name, step_s, begins_s, began_unix_s, columns: values })
     }
 
     fn rows(&self) -> usize {
         self.columns.first().map_or(0, Vec::len)
+    }
+
+    /// How much later its first row was taken than another table's, by the dates of both \[s\]; 0 if one of them has none.
+    ///
+    /// # Errors
+    /// Only one of them says its time zone.
+    pub(super) fn dated_after(&self, first: &Self) -> Result<f64, Failure> {
+        let Some(((own, zoned), (other, of_first))) = self.began_unix_s.zip(first.began_unix_s)
+        else {
+            return Ok(0.0);
+        };
+        if zoned == of_first {
+            return Ok(own - other);
+        }
+        let (with, without) = if zoned { (self, first) } else { (first, self) };
+        Err(Failure::input(format!(
+            "{} says the time zone of its times and {} does not; give the second table's `offset_s`, or a `common` column",
+            with.name, without.name
+        )))
     }
 
     /// When its last row counts no more \[s\].
@@ -170,7 +192,13 @@ mod tests {
 
     fn table(begins_s: f64, step_s: f64, rows: usize, of: impl Fn(f64) -> f64) -> LoggerTable {
         let column = (0..rows).map(|k| of(k as f64 * step_s)).collect();
-        LoggerTable { name: "t".into(), step_s, begins_s, columns: vec![column] }
+        LoggerTable {
+            name: "t".into(),
+            step_s,
+            begins_s,
+            began_unix_s: None,
+            columns: vec![column],
+        }
     }
 
     #[test]

@@ -22,9 +22,9 @@ struct MapFile {
     step_s: Option<f64>,
     #[serde(default = "first_run")]
     run: RunId,
-    /// When the recording began \[ns since 1970\].
+    /// When the recording began \[ns since 1970\]; by default as the first table's times tell.
     #[serde(default)]
-    start_unix_ns: u64,
+    start_unix_ns: Option<u64>,
     /// Of each table, in the order of the command line; may be left out if nothing is to be said of any.
     #[serde(default)]
     tables: Vec<TableMap>,
@@ -43,7 +43,7 @@ pub(super) struct TableMap {
     pub(super) time: Option<String>,
     /// Rows per second, if no column tells.
     pub(super) rate_hz: Option<f64>,
-    /// How much later than in the first table its first row was taken \[s\].
+    /// How much later than in the first table its first row was taken \[s\]; by default as the dates of both tell.
     pub(super) offset_s: Option<f64>,
     /// A column that all loggers measure; the clock offset is estimated from it.
     pub(super) common: Option<String>,
@@ -89,7 +89,7 @@ pub(super) struct ImportMap {
     pub(super) thresholds: String,
     pub(super) step_s: Option<f64>,
     pub(super) run: RunId,
-    pub(super) start_unix_ns: u64,
+    pub(super) start_unix_ns: Option<u64>,
     pub(super) tables: Vec<TableMap>,
     /// Of each value of a sample: demands, pressures, then elongations or readings.
     pub(super) sources: Vec<Source>,
@@ -288,7 +288,7 @@ pub(super) fn proposal(tables: &[(String, Vec<String>)]) -> String {
             name.replace(char::is_control, " ")
         );
         if tables.len() > 1 {
-            text += "# offset_s = 0.0         # its first row was taken so much later than the first table's\n\
+            text += "# offset_s = 0.0         # its first row was taken so much later than the first table's; default: by dates\n\
                      # common = \"NAME\"        # or: a column that all loggers measure, to estimate it from\n";
         }
     }

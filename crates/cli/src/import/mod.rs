@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use diagnosis::ModuleSetup;
 use diagnosis::messages::Speaker;
 use recording::{Recorded, Writer};
+use vocabulary::words::utc;
 use vocabulary::{Sample, Step, Topic, encode};
 
 use crate::csv_rows::{CsvRows, TableFlags};
@@ -24,7 +25,8 @@ use map::{ImportMap, Source, proposal};
 /// DATA are tables (CSV, or what a logger or spreadsheet exports), or recordings of readings. The map says which column
 /// is which signal, with unit, sign, offset and scale; --propose writes one to start from. Tables of several loggers and
 /// rates come together on one step: a value is held until its table's next row is due, and what is missing stays
-/// missing. The offset between clocks is given in the map, or estimated from a column that all loggers measure.
+/// missing. Tables with dates are aligned by them; else the offset between clocks is given in the map, or estimated from a
+/// column that all loggers measure.
 ///
 /// `learn`, `detect`, `export`, `commission` and `replay` read the recording. For `replay --publish` to a learned module's
 /// diagnoser the map has to name that one's configuration: samples then have its channels, in its order.
@@ -113,8 +115,13 @@ fn import(arguments: &Arguments, out: &Path) -> Result<(), Failure> {
         wanted[place].iter().position(|column| column == name)
     };
     for place in 1..tables.len() {
-        let pair = common(0).zip(common(place)).filter(|_| map.tables[place].offset_s.is_none());
-        let Some((first, own)) = pair else { continue };
+        if map.tables[place].offset_s.is_some() {
+            continue;
+        }
+        let Some((first, own)) = common(0).zip(common(place)) else {
+            tables[place].begins_s = tables[place].dated_after(&tables[0])?;
+            continue;
+        };
         let names = (&tables[0].name, &tables[place].name);
         let fail = |why: String| Failure::input(format!("{}: clock offset: {why}", names.1));
         let (offset, correlation) =
@@ -140,10 +147,25 @@ fn import(arguments: &Arguments, out: &Path) -> Result<(), Failure> {
     let ends = tables.iter().map(LoggerTable::ends_s).fold(f64::INFINITY, f64::min);
     let steps = ((ends - begins) / step_s + 1e-6).floor().max(0.0) as u64;
     if steps == 0 {
-        return Err(Failure::input("the tables have no time in common; check `offset_s`"));
+        let span = |table: &LoggerTable| {
+            format!("{} from {:.1} to {:.1} s", table.name, table.begins_s, table.ends_s())
+        };
+        let spans: Vec<String> = tables.iter().map(span).collect();
+        let spans = spans.join(", ");
+        return Err(Failure::input(format!(
+            "the tables have no time in common: {spans}; check their dates, or give `offset_s`"
+        )));
+    }
+    let dated = tables[0].began_unix_s.filter(|_| map.start_unix_ns.is_none());
+    let began_s = dated.map_or(0.0, |(first_s, _)| first_s + begins);
+    let start_unix_ns =
+        map.start_unix_ns.unwrap_or((began_s.max(0.0) * 1e3).round() as u64 * 1_000_000);
+    if let Some((_, is_zoned)) = dated {
+        let zone = if is_zoned { "" } else { "; its times name no zone and are taken for UTC" };
+        told += &format!("it begins at {}{zone}\n", utc(start_unix_ns));
     }
     let values = (0..steps).map(|k| align::sample(&tables, &places, begins + k as f64 * step_s));
-    let missing = write(&map, out, step_s, values)?;
+    let missing = write(&map, out, (step_s, start_unix_ns), values)?;
     let (count, seconds) = (places.len(), steps as f64 * step_s);
     told += &format!(
         "{}: {steps} samples of {count} signals, {seconds:.1} s at {:.4} Hz; {missing} values missing\n",
@@ -157,14 +179,13 @@ fn import(arguments: &Arguments, out: &Path) -> Result<(), Failure> {
 fn write(
     map: &ImportMap,
     out: &Path,
-    step_s: f64,
+    (step_s, start): (f64, u64),
     values: impl Iterator<Item = Vec<f64>>,
 ) -> Result<u64, Failure> {
     let setup = ModuleSetup { step_s: own_step(map, step_s)?, ..map.setup.clone() };
     let speaker = Speaker::of(map.structure.clone(), setup.module.clone());
     let unwritable = |error: recording::RecordingError| Failure::runtime(error.to_string());
     let mut writer = Writer::create(out).map_err(unwritable)?;
-    let start = map.start_unix_ns;
     let software = env!("CARGO_PKG_VERSION");
     let configuration = speaker.configuration(&setup, software, &map.thresholds, start)?;
     let bytes = |error: vocabulary::EncodeError| Failure::runtime(error.to_string());

@@ -148,3 +148,49 @@ fn a_map_is_proposed_and_mistakes_in_it_are_named() {
     import(&proposed).succeeds();
     run(&["import", &forces, "--map", &file, "--propose"]).fails(1, &["proposed.toml"]);
 }
+
+#[test]
+fn tables_with_dates_are_aligned_by_them_and_date_the_recording() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let file = |name: &str| here.join(name).display().to_string();
+    // Each reads the seconds since 10:00.
+    let table = |name: &str, first: u32, zone: &str| {
+        let row = |k: u32| format!("2024-05-01T10:00:{k:02}{zone},{k}\n");
+        let rows: String = (first..first + 20).map(row).collect();
+        std::fs::write(file(name), format!("time,{name}\n{rows}")).unwrap();
+        file(name)
+    };
+    let map = file("map.toml");
+    let text = "structure = 'bridge'\nmodule = 'span'\n\
+        [[columns]]\ncolumn = 'a'\ncomponent = 'sensor/a'\n\
+        [[columns]]\ntable = 2\ncolumn = 'b'\ncomponent = 'sensor/b'\n";
+    std::fs::write(&map, text).unwrap();
+    let out = file("out.mcap");
+    let import = |a: &str, b: &str| {
+        let _ = std::fs::remove_file(&out);
+        run(&["import", a, b, "--map", &map, "--out", &out])
+    };
+    let (zoned, later) = (table("a", 3, "Z"), table("b", 8, "Z"));
+    let outcome = import(&zoned, &later);
+    outcome.succeeds();
+    assert!(
+        outcome.stdout.contains("it begins at 2024-05-01T10:00:08.000Z\n"),
+        "{}",
+        outcome.stdout
+    );
+    assert!(outcome.stdout.contains("15 samples of 2 signals"), "{}", outcome.stdout);
+    run(&["export", &out, "--csv", &file("tables")]).succeeds();
+    let exported = std::fs::read_to_string(here.join("tables/span-run-1.csv")).unwrap();
+    let cells: Vec<&str> = exported.lines().nth(1).unwrap().split(',').collect();
+    let cells: Vec<f64> = cells.iter().map(|cell| cell.parse().unwrap()).collect();
+    assert_eq!((cells[2], cells[3], cells[4]), (1_714_557_608.0, 8.0, 8.0), "{exported}");
+    let bare = table("b", 8, "");
+    let outcome = import(&zoned, &bare);
+    assert!(outcome.stderr.contains("says the time zone of its times and"), "{}", outcome.stderr);
+    let outcome = import(&table("a", 3, ""), &bare);
+    outcome.succeeds();
+    assert!(outcome.stdout.contains("name no zone and are taken for UTC"), "{}", outcome.stdout);
+    let outcome = import(&table("a", 30, ""), &bare);
+    assert!(outcome.stderr.contains("no time in common"), "{}", outcome.stderr);
+}
