@@ -57,7 +57,7 @@ impl Checks {
         }
     }
 
-    /// Records an error unless the value is in the range of what structures, cylinders and weather can be.
+    /// Records an error unless the value is within the physically plausible range.
     pub(crate) fn within(
         &mut self,
         parameter: &str,

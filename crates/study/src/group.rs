@@ -167,8 +167,8 @@ impl DiagnoserGroup {
         }
     }
 
-    /// Enables identification of faults: their kind and size, which takes milliseconds each time. A kind may be left out, as
-    /// one that nobody has thought of.
+    /// Enables identification of faults: their kind and size, which takes milliseconds each time. `without` leaves a
+    /// hypothesis out, to study faults of an unknown kind.
     pub fn identify(&mut self, without: Option<FaultKind>) {
         self.without = without;
         self.identify_by(identify);

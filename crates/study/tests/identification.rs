@@ -125,7 +125,7 @@ fn a_cylinders_fault_that_was_repaired_at_once_stays_what_it_was() {
     }
 }
 
-/// A kind that the diagnosers do not know is none of those that they know, and has no size.
+/// A fault whose kind has no hypothesis is reported as none of these, without a size.
 #[test]
 fn a_fault_of_an_unknown_kind_is_none_of_the_known_ones() {
     for (component, fault) in [

@@ -81,7 +81,8 @@ impl IdentificationResult {
     }
 }
 
-/// Identifies a fault. A kind that is left out stands for one that nobody has thought of; there is none in service.
+/// Identifies a fault. `without` leaves a hypothesis out, to measure how faults of an unknown kind are reported; the
+/// diagnoser passes `None`.
 #[must_use]
 pub fn identify(excerpt: &Excerpt, without: Option<FaultKind>) -> IdentificationResult {
     let watched_s = excerpt.as_of.since(excerpt.seen.detection()) as f64 * excerpt.step_s;

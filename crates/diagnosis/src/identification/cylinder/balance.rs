@@ -27,8 +27,8 @@ const AS_COMMANDED: Prior = Prior { mean: 0.0, deviation: 1e-9 };
 const APART: f64 = 0.25;
 /// How likely it is that a fault ends within the series.
 const HAS_ENDED: f64 = 0.02;
-/// By how much the balance wanders in a second after that, in standard deviations of what a chamber is measured to hold,
-/// each as likely as the others: the repair moves cylinder and valve in ways that their figures do not tell.
+/// Random walk of the balance after the end, per root second, in standard deviations of a chamber's measured oil content;
+/// all equally likely. The repair moves cylinder and valve in ways that the model does not describe.
 const AFTER_END: [f64; 4] = [1e3, 3e3, 1e4, 3e4];
 /// Ends that are tried at first, and places for them from each point to the next.
 const ENDS_AT_FIRST: f64 = 24.0;
@@ -201,8 +201,8 @@ impl OilBalance {
         })
     }
 
-    /// What both chambers say if from a point on the balance of those affected wanders in a second by so many standard
-    /// deviations of what a chamber is measured to hold.
+    /// Filters both chambers' balance, which from a point on is a random walk in the affected chambers, of this many standard
+    /// deviations of the measured oil content per root second.
     pub(super) fn wandering_since(
         &self,
         first: usize,
@@ -217,10 +217,10 @@ impl OilBalance {
         self.follow(self.points.len(), walk, |_, point| (point.sums.oil, [0.0; 2]))
     }
 
-    /// What both chambers say if the valve let through what is given for each step \[m³/s\], and nothing else is wrong but
-    /// where its spool is: by such a share of what that flow makes of the balance, in the end. What a displaced spool lets
-    /// into A too much it lets out of B. Followed are the sum of both chambers, in which that cancels, and their difference,
-    /// weighed so that noise makes the two independent.
+    /// Filters both chambers' balance, given the valve's flow at each step \[m³/s\]. The spool's position may be wrong: at the
+    /// end by the share `wrong` of the flow's effect on the balance. A displaced spool moves oil from one chamber to the
+    /// other, so this error cancels in the sum of both chambers. The sum and a weighted difference are filtered; the weights
+    /// make their noise independent.
     pub(super) fn with_valve(&self, flow: &[f64], wrong: f64) -> LevelFilter<ALL> {
         let let_in = flows::oil(&self.hydraulics, &self.steps, flow);
         let mean = |of: &Range<usize>, k: usize| {
@@ -272,7 +272,7 @@ impl OilBalance {
         })
     }
 
-    /// The same of what may be anything.
+    /// The signature of a fault without a model: the fit is what was measured.
     pub(super) fn as_measured(&self, best: &Weighed) -> Vec<SignaturePoint> {
         self.drawn(best, 0, |_, _, measured| measured)
     }

@@ -24,8 +24,8 @@ pub(super) const HYPOTHESES: [Hypothesis<OilBalance>; 6] = [
 
 /// Coefficients of leaks \[m²\]: any order of magnitude is as likely as any other.
 const AREAS_M2: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
-/// By how much the balance wanders in a second, in standard deviations of what a chamber is measured to hold; each as
-/// likely as the others.
+/// Random walk of the balance per root second, in standard deviations of a chamber's measured oil content; all equally
+/// likely.
 const WALKS: [f64; 8] = [30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5];
 /// Which chambers wander, each as likely as the others.
 const AFFECTED: [[bool; 2]; 3] = [[true, true], [true, false], [false, true]];

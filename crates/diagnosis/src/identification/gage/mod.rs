@@ -163,7 +163,7 @@ fn gain_m(point: &GagePoint, onset: &Onset, level_m: f64, gain: f64) -> f64 {
     (gain - 1.0) * (point.expected_m + level_m) * point.share_after(onset.at_s)
 }
 
-/// The signature of what displaces all points from the onset on.
+/// The signature of a fault that displaces every reading after its onset.
 fn departed(record: &GageRecord, best: &Weighed, displaced: Displaced) -> Vec<SignaturePoint> {
     record.signature(best, |point, onset, level_m| {
         level_m + displaced(point, onset, level_m, best.mean)
