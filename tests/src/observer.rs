@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use ::observer::{Live, News};
+use ::observer::News;
 use session::Network;
+use session::client::Live;
 use tokio::sync::mpsc::unbounded_channel;
 use tokio::task::JoinSet;
 use vocabulary::{
@@ -87,8 +88,13 @@ impl Observer {
     /// Waits until the diagnosers, and the plant if asked for, are there.
     pub async fn wait_for(&self, modules: &[&str], plant: bool) {
         let modules: Vec<ModuleName> = modules.iter().map(|name| name.parse().unwrap()).collect();
-        let there =
-            ::observer::wait_for(&self.session, &self.structure, &modules, plant, crate::LIMIT);
+        let there = session::client::wait_for(
+            &self.session,
+            &self.structure,
+            &modules,
+            plant,
+            crate::LIMIT,
+        );
         there.await.unwrap();
     }
 
@@ -107,7 +113,8 @@ impl Observer {
     /// Has the plant give a component a fault, or none, at its next step, and returns that step.
     pub async fn inject(&self, component: &str, fault: Option<Fault>) -> Step {
         let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
-        let done = ::observer::inject(&self.session, &self.structure, &order, crate::LIMIT).await;
+        let done =
+            session::client::inject(&self.session, &self.structure, &order, crate::LIMIT).await;
         done.unwrap().effective_step
     }
 

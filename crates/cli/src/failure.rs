@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use observer::AttendanceError;
+use session::client::AttendanceError;
 use settings::ConfigErrors;
 use vocabulary::printable_lines;
 

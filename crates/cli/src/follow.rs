@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
-use observer::{EventLine, Live, News, ObservedEvent};
+use observer::{EventLine, News, ObservedEvent};
 use serde::Serialize;
 use serde_json::json;
+use session::client::Live;
 use shell::shutdown::{self, ShutdownFlags};
 use tokio::sync::{mpsc, oneshot};
 use tokio::time::timeout;

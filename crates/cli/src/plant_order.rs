@@ -28,7 +28,7 @@ pub(crate) fn give<R>(
 
 /// The structure with a plant; several are ambiguous and refused.
 async fn home(session: &Session, link: &LinkTarget) -> Result<StructureName, Failure> {
-    let mut seen = observer::plants(session, link.structure.as_ref(), link.timeout).await?;
+    let mut seen = session::client::plants(session, link.structure.as_ref(), link.timeout).await?;
     if seen.len() > 1 {
         let names: Vec<String> = seen.iter().map(|name| format!("`{name}`")).collect();
         let names = names.join(" and ");

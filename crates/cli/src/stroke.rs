@@ -60,7 +60,7 @@ fn size(text: &str) -> Result<f64, String> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let stroke = arguments.stroke()?;
     let send = async |session: &Session, structure: &StructureName, timeout| {
-        observer::stroke(session, structure, &stroke, timeout).await
+        session::client::stroke(session, structure, &stroke, timeout).await
     };
     let (structure, begun) = plant_order::give(&arguments.link, &stroke.component, send)?;
     let Stroke { force_n, duration_s, largest_strain, .. } = stroke;

@@ -8,7 +8,9 @@
 //! | `zenoh_settings` | the resulting Zenoh configuration, and the longest message received |
 //! | `session` | opens and closes sessions |
 //! | `loopback` | free ports of this machine, for demo and tests |
+//! | `client` | what monitoring clients do over a session |
 
+pub mod client;
 mod identity;
 pub mod loopback;
 mod network;

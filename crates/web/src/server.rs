@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use observer::{Live, NetworkState};
+use observer::NetworkState;
 use session::Network;
+use session::client::Live;
 use shell::exit::Failure;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;

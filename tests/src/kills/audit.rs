@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ::observer::{ModuleHistory, QueryError, history};
+use ::observer::{ModuleHistory, QueryError};
+use session::client::history;
 use vocabulary::{ComponentPath, FaultTransition, ModuleName};
 
 use super::collection::{Collected, same};

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ::observer::{OrderRequest, QueryError, order};
+use ::observer::{OrderRequest, QueryError};
 use daemon::config::Schedule;
 use parking_lot::Mutex;
+use session::client::order;
 use tokio::task::JoinSet;
 use vocabulary::{
     FaultState, FaultTransition, ModuleName, Obeyed, Order, OrderKind, RunId, Step, StructureName,

@@ -174,7 +174,7 @@ impl Row {
             self.setting.modules().iter().map(|name| name.parse().unwrap()).collect();
         let structure = &self.structure;
         let session = &observer.session;
-        let there = ::observer::wait_for(session, structure, &modules, false, SETTLED_WITHIN);
+        let there = session::client::wait_for(session, structure, &modules, false, SETTLED_WITHIN);
         if let Err(error) = there.await {
             let silent =
                 modules.iter().filter(|module| error.to_string().contains(module.as_str()));

@@ -102,7 +102,7 @@ impl Works {
     async fn journalled(&self, component: &str) -> Vec<FaultState> {
         let (structure, module) = ("tower".parse().unwrap(), "module1".parse().unwrap());
         let session = &self.observer.session;
-        let history = ::observer::history(session, &structure, &module, 1, LIMIT).await;
+        let history = session::client::history(session, &structure, &module, 1, LIMIT).await;
         let transitions = history.transitions.into_iter();
         let own = transitions.filter(|transition| transition.component.to_string() == component);
         own.map(|transition| transition.state()).collect()

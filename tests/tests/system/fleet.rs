@@ -4,8 +4,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use daemon::config::Schedule;
-use observer::{Live, News};
+use observer::News;
 use serde_json::Value;
+use session::client::Live;
 use system_tests::lab::{Impairment, Lab, Node};
 use system_tests::scenarios;
 use system_tests::security::ears::Ears;

@@ -108,7 +108,7 @@ impl Scene {
         let fault = Some(Fault::Bias { offset_m });
         let order = Injection { component: component.parse().unwrap(), fault, at_step: None };
         let (session, structure) = (&self.observer.session, "tower".parse().unwrap());
-        ::observer::inject(session, &structure, &order, Duration::from_secs(5)).await.unwrap();
+        session::client::inject(session, &structure, &order, Duration::from_secs(5)).await.unwrap();
     }
 
     /// Pours samples and waits until all have been seen; each must have been counted for what it is.

@@ -51,7 +51,7 @@ async fn latched(observer: &Observer) -> Vec<FaultTransition> {
     for module in MODULES {
         let module: ModuleName = module.parse().unwrap();
         let (session, structure) = (&observer.session, &observer.structure);
-        let history = observer::history(session, structure, &module, 1, LIMIT).await;
+        let history = session::client::history(session, structure, &module, 1, LIMIT).await;
         assert_eq!(history.broken_off, None);
         latched
             .extend(history.transitions.into_iter().filter(|t| t.state() == FaultState::Latched));
@@ -65,7 +65,7 @@ async fn frame(observer: &Observer, latched: &FaultTransition) -> FreezeFrame {
     in_time("a freeze frame", async {
         loop {
             let (module, sequence) = (&latched.module, latched.sequence);
-            let frame = observer::freeze_frame(session, structure, module, sequence, LIMIT);
+            let frame = session::client::freeze_frame(session, structure, module, sequence, LIMIT);
             if let Ok(frame) = frame.await {
                 return frame;
             }
@@ -134,7 +134,8 @@ async fn every_fault_of_the_demo_has_one() {
     assert_eq!(frame(&observer, latched).await, *known);
 
     let (structure, module) = (&observer.structure, &latched.module);
-    let refused = observer::freeze_frame(&observer.session, structure, module, 9999, LIMIT).await;
+    let refused =
+        session::client::freeze_frame(&observer.session, structure, module, 9999, LIMIT).await;
     let refused = refused.unwrap_err().to_string();
     let number = latched.sequence.to_string();
     assert!(refused.contains("transition 9999") && refused.contains(&number), "{refused}");

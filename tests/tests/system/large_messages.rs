@@ -23,7 +23,7 @@ async fn inject(session: &Session) {
     let fault = Some(Fault::Bias { offset_m: 4e-4 });
     let order = Injection { component: GAGE.parse().unwrap(), fault, at_step: None };
     let structure = "tower".parse().unwrap();
-    observer::inject(session, &structure, &order, WITHIN).await.unwrap();
+    session::client::inject(session, &structure, &order, WITHIN).await.unwrap();
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

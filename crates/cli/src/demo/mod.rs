@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use daemon::config::Speed;
-use observer::Live;
+use session::client::Live;
 use tokio::time::{Instant, sleep_until, timeout_at};
 use vocabulary::keys::PLANT;
 use vocabulary::{Key, PlantTopic};

@@ -7,8 +7,8 @@ mod report;
 use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
-use observer::present;
 use serde_json::json;
+use session::client::present;
 use vocabulary::words::{printable, utc};
 use vocabulary::{ComponentPath, FaultTransition, FreezeFrame, Mention};
 use zenoh::Session;
@@ -147,11 +147,11 @@ async fn query(
         return Ok((state, None));
     }
     let (structure, component) = (&state.structure, &state.component);
-    let latest = observer::identification(session, structure, component, link.timeout).await;
+    let latest = session::client::identification(session, structure, component, link.timeout).await;
     let latest = latest.map_err(|error| {
         Failure::runtime(format!("{component}: {}", printable(&error.to_string())))
     })?;
     state.identification = latest.map(Box::new).or(state.identification);
-    let frame = observer::freeze_frame_of(session, &state, link.timeout).await;
+    let frame = session::client::freeze_frame_of(session, &state, link.timeout).await;
     Ok((state, Some(frame)))
 }

@@ -4,9 +4,10 @@ mod report;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use observer::{ModuleView, Scene, all_is_well, present, structures};
+use observer::{ModuleView, Scene, all_is_well, structures};
 use serde::Serialize;
 use serde_json::{Value, json};
+use session::client::present;
 use vocabulary::words::utc;
 use vocabulary::{FaultState, FaultTransition, ModuleName, ModuleStatus};
 

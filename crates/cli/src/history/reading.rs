@@ -1,7 +1,8 @@
 //! Reads the journals of several modules concurrently.
 
-use observer::{ModuleHistory, ModuleView, attendance};
+use observer::{ModuleHistory, ModuleView};
 use serde::Serialize;
+use session::client::attendance;
 use tokio::task::JoinSet;
 use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
@@ -83,7 +84,7 @@ pub(super) async fn read(
         for structure in structures {
             let (session, module, timeout) = (session.clone(), module.clone(), link.timeout);
             tasks.spawn(async move {
-                observer::history(&session, &structure, &module, since, timeout).await
+                session::client::history(&session, &structure, &module, since, timeout).await
             });
         }
     }
@@ -108,7 +109,7 @@ async fn modules_to_query(
 ) -> Result<Vec<(ModuleName, Vec<StructureName>)>, Failure> {
     let structure = link.structure.as_ref();
     if !named.is_empty() {
-        let homes = observer::homes(session, structure, named, link.timeout).await?;
+        let homes = session::client::homes(session, structure, named, link.timeout).await?;
         let home = |module: &ModuleName| homes.get(module).into_iter().flatten().cloned().collect();
         return Ok(named.iter().map(|module| (module.clone(), home(module))).collect());
     }

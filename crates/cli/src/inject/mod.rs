@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let injection = arguments.injection()?;
     let send = async |session: &Session, structure: &StructureName, timeout| {
-        observer::inject(session, structure, &injection, timeout).await
+        session::client::inject(session, structure, &injection, timeout).await
     };
     let (structure, injected) = plant_order::give(&arguments.link, &injection.component, send)?;
     let Injected { component, effective_step } = &injected;

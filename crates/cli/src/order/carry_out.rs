@@ -52,7 +52,7 @@ pub(super) async fn carry_out<'a>(
                     order: order.clone(),
                 };
                 loop {
-                    let sent = observer::order(session, &request, timeout);
+                    let sent = session::client::order(session, &request, timeout);
                     let outcome = OrderOutcome::from(sent.await);
                     // A command without an answer is not repeated, because it may have been carried out.
                     let is_refused = matches!(outcome, OrderOutcome::Refused { .. });
@@ -82,7 +82,7 @@ async fn homes(
 ) -> Result<BTreeMap<ModuleName, StructureName>, Failure> {
     let modules: BTreeSet<ModuleName> = modules.cloned().collect();
     let modules: Vec<ModuleName> = modules.into_iter().collect();
-    let seen = observer::homes(session, target.structure.as_ref(), &modules, target.timeout);
+    let seen = session::client::homes(session, target.structure.as_ref(), &modules, target.timeout);
     let mut homes = BTreeMap::new();
     for (module, mut structures) in seen.await? {
         if structures.len() > 1 {

@@ -10,7 +10,8 @@ use crate::support::{
 };
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use daemon::player::{Playback, Programme};
-use observer::{Live, News};
+use observer::News;
+use session::client::Live;
 use vocabulary::{FaultTransition, RunId, Step, fault::Fault, keys::Watched};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
@@ -82,7 +83,8 @@ async fn until_journals_are_as_expected(observer: &Session, rig: &Rig, expected:
     let as_expected = async {
         while story != *expected {
             for module in rig.modules() {
-                let journal = observer::history(observer, structure, &module, 1, LIMIT).await;
+                let journal =
+                    session::client::history(observer, structure, &module, 1, LIMIT).await;
                 journal.transitions.iter().for_each(|transition| note(&mut story, transition));
             }
         }
@@ -93,7 +95,7 @@ async fn until_journals_are_as_expected(observer: &Session, rig: &Rig, expected:
 
 async fn listen(observer: &Session, rig: &Rig) -> Live {
     let (structure, modules) = (&rig.plant.structure.name, rig.modules());
-    let everybody = observer::wait_for(observer, structure, &modules, false, LIMIT);
+    let everybody = session::client::wait_for(observer, structure, &modules, false, LIMIT);
     everybody.await.unwrap();
     Live::events(observer, None).await.unwrap()
 }
@@ -167,7 +169,7 @@ async fn at_full_speed_with_the_plant_first_the_verdicts_are_those_of_one_proces
     let plant = rig.start_plant();
     let observer = rig.observer().await;
     let structure = &rig.plant.structure.name;
-    let plant_is_there = observer::wait_for(&observer, structure, &[], true, LIMIT);
+    let plant_is_there = session::client::wait_for(&observer, structure, &[], true, LIMIT);
     plant_is_there.await.unwrap();
     let diagnosers = vec![rig.start_diagnoser(1), rig.start_diagnoser(0)];
     plant.end().await;

@@ -35,7 +35,7 @@ async fn rig_with_a_diagnoser_that_is_stale_after(ms: u64) -> (Rig, Process, Ses
     let diagnoser = rig.start_diagnoser(0);
     let observer = rig.observer().await;
     let (structure, lower) = (&rig.plant.structure.name, ["lower".parse().unwrap()]);
-    observer::wait_for(&observer, structure, &lower, false, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, structure, &lower, false, LIMIT).await.unwrap();
     (rig, diagnoser, observer)
 }
 
@@ -372,7 +372,7 @@ async fn without_its_peer_a_small_change_is_unconfirmed_and_a_jump_is_latched() 
             fault: Some(Fault::Bias { offset_m }),
             at_step: None,
         };
-        observer::inject(&observer, &structure, &order, LIMIT).await.unwrap();
+        session::client::inject(&observer, &structure, &order, LIMIT).await.unwrap();
         let mut states = Vec::new();
         in_time(&format!("{gage} {last}"), async {
             while states.last().is_none_or(|state| state != last) {
@@ -447,7 +447,7 @@ async fn what_only_a_liar_explains_is_latched() {
         fault: Some(Fault::Bias { offset_m: 1.2e-5 }),
         at_step: None,
     };
-    observer::inject(&observer, &structure, &order, LIMIT).await.unwrap();
+    session::client::inject(&observer, &structure, &order, LIMIT).await.unwrap();
     let mut states = Vec::new();
     let latched = in_time("latched", async {
         loop {
@@ -491,15 +491,16 @@ async fn the_plant_obeys_orders_that_make_sense_and_refuses_the_others_with_the_
     let plant = rig.start_plant();
     let observer = rig.observer().await;
     let structure = rig.plant.structure.name.clone();
-    observer::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
     let order = |component: &str, fault, at_step: Option<u64>| Injection {
         component: component.parse().unwrap(),
         fault,
         at_step: at_step.map(Step),
     };
     let bias = Some(Fault::Bias { offset_m: 1e-5 });
-    let send =
-        async |order: &Injection| observer::inject(&observer, &structure, order, LIMIT).await;
+    let send = async |order: &Injection| {
+        session::client::inject(&observer, &structure, order, LIMIT).await
+    };
 
     let done = send(&order("lower/sensor/g1", bias, None)).await.unwrap();
     let later = send(&order("lower/sensor/g2", bias, Some(1_000_000))).await.unwrap();

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use crate::support::{LIMIT, Rig, in_time};
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
-use observer::{Live, News};
+use observer::News;
+use session::client::Live;
 use vocabulary::{
     ComponentPath, FaultState, FaultTransition, Identification, Message, Order, OrderKind, RunId,
     Step, fault::Fault, keys::Watched,
@@ -107,7 +108,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     let diagnosers = [rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;
     let all = rig.modules();
-    observer::wait_for(&observer, &structure, &all, false, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, &structure, &all, false, LIMIT).await.unwrap();
     let mut received = subscribe(&observer).await;
     let plant = rig.start_plant();
 
@@ -136,8 +137,8 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
         operator: None,
         order,
     };
-    observer::order(&observer, &request, LIMIT).await.unwrap();
-    let history = observer::history(&observer, &structure, &module, 1, LIMIT).await;
+    session::client::order(&observer, &request, LIMIT).await.unwrap();
+    let history = session::client::history(&observer, &structure, &module, 1, LIMIT).await;
     let carried = history.transitions.last().unwrap();
     assert_eq!(carried.state(), FaultState::Acknowledged);
     is_the_bias(carried.identification.as_deref().unwrap());
@@ -149,7 +150,7 @@ async fn a_bias_is_identified_and_stays_so_through_an_acknowledgement_and_a_rest
     }
     drop(received);
     let again = rig.start_diagnoser(1);
-    observer::wait_for(&observer, &structure, &[module], false, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, &structure, &[module], false, LIMIT).await.unwrap();
     let recalled = present_state(&observer, &component).await.identification.unwrap();
     // What the transition carried is later than what was published last, if they differ.
     is_the_bias(&recalled);

@@ -86,7 +86,7 @@ async fn inputs_are_published_and_given_again() {
     let observer = rig.observer().await;
     let module = [rig.modules()[0].clone()];
     let structure = "small".parse().unwrap();
-    observer::wait_for(&observer, &structure, &module, false, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, &structure, &module, false, LIMIT).await.unwrap();
     let subscriber = observer.declare_subscriber(INPUTS).await.unwrap();
     let mut seen = vec![first(&observer, &subscriber).await];
     for step in [5, 6, 7, 11, 12] {

@@ -155,7 +155,7 @@ async fn sigterm_and_sigint_end_processes_that_would_never_end() {
     let diagnoser = start(DIAGNOSER, &module);
     let session = session::open(&Network::peer_of(&[plant_at, module_at])).await.unwrap();
     let (structure, modules) = ("tower".parse().unwrap(), ["module1".parse().unwrap()]);
-    observer::wait_for(&session, &structure, &modules, true, LIMIT).await.unwrap();
+    session::client::wait_for(&session, &structure, &modules, true, LIMIT).await.unwrap();
     let gone = session
         .liveliness()
         .declare_subscriber(vocabulary::keys::Watched::default().tokens())

@@ -17,7 +17,7 @@ async fn start(rig: &Rig) -> (Process, Session) {
     let lower = rig.start_diagnoser(0);
     let observer = rig.observer().await;
     let (structure, module) = ("small".parse().unwrap(), [rig.modules()[0].clone()]);
-    observer::wait_for(&observer, &structure, &module, false, LIMIT).await.unwrap();
+    session::client::wait_for(&observer, &structure, &module, false, LIMIT).await.unwrap();
     (lower, observer)
 }
 
@@ -45,7 +45,7 @@ async fn order(
     let operator: OperatorName = "web".parse().unwrap();
     let (structure, module) = ("small".parse().unwrap(), "lower".parse().unwrap());
     let request = OrderRequest { structure, module, kind, operator: Some(operator), order };
-    observer::order(observer, &request, LIMIT).await
+    session::client::order(observer, &request, LIMIT).await
 }
 
 async fn state(observer: &Session) -> FaultTransition {

@@ -29,12 +29,12 @@ impl Scene {
         let plant = rig.start_plant();
         let observer = rig.observer().await;
         let structure = rig.plant.structure.name.clone();
-        observer::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
+        session::client::wait_for(&observer, &structure, &[], true, LIMIT).await.unwrap();
         Scene { plant, observer, structure }
     }
 
     async fn order(&self, stroke: &Stroke) -> Result<StrokeBegun, QueryError> {
-        observer::stroke(&self.observer, &self.structure, stroke, LIMIT).await
+        session::client::stroke(&self.observer, &self.structure, stroke, LIMIT).await
     }
 
     async fn is_refused(&self, stroke: &Stroke, reason: &str) {

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use crate::support::{LIMIT, Rig, in_time, status};
 use daemon::config::PlantFlags;
-use observer::{ModuleView, present};
+use observer::ModuleView;
+use session::client::present;
 use vocabulary::ModuleStatus;
 use zenoh::Session;
 

@@ -4,38 +4,39 @@ use vocabulary::{
     FaultTransition, Identification, Key, Message, ModuleName, ModuleStatus, PhaseChange,
     PlantTopic, StructureName, Topic, keys::PLANT,
 };
-use zenoh::sample::{Sample, SampleKind};
 
 use super::ModuleKey;
 use crate::view::News;
 
 /// A message, or a liveliness token that appeared or disappeared.
 #[derive(Debug, Clone)]
-pub(crate) enum Incoming {
+pub enum Incoming {
+    /// The state of a component.
     Transition(Box<FaultTransition>),
+    /// The kind of a fault.
     Identification(Box<Identification>),
+    /// A module's phase.
     Phase(PhaseChange),
+    /// A module's status.
     Status(Box<ModuleStatus>),
     /// A module's liveliness token appeared (`true`) or disappeared (`false`).
     Token(ModuleKey, bool),
-    /// The liveliness token of the plant.
+    /// The liveliness token of the plant, or a message that cannot be read.
     Other(News),
 }
 
 /// Decodes a published message or the reply to a query.
-pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
-    let key = sample.key_expr().as_str();
-    let bytes = sample.payload().to_bytes();
+pub fn message(key: &str, bytes: &[u8]) -> Option<Incoming> {
     let read = match key.parse::<Key>() {
         Ok(Key::Module { structure, module, topic }) => {
             let key = (structure, module);
             match topic {
                 Topic::Fault(_) => {
-                    own(&key, &bytes, |read: &FaultTransition| (&read.structure, &read.module))
+                    own(&key, bytes, |read: &FaultTransition| (&read.structure, &read.module))
                         .map(|read| Incoming::Transition(Box::new(read)))
                 }
                 Topic::Identification(_) => {
-                    own(&key, &bytes, |read: &Identification| (&read.structure, &read.module))
+                    own(&key, bytes, |read: &Identification| (&read.structure, &read.module))
                         // Only replies to queries carry the signature; removed, the reply equals the published message.
                         .map(|read| {
                             Incoming::Identification(Box::new(Identification {
@@ -45,11 +46,11 @@ pub(crate) fn message(sample: &Sample) -> Option<Incoming> {
                         })
                 }
                 Topic::Phase => {
-                    own(&key, &bytes, |read: &PhaseChange| (&read.structure, &read.module))
+                    own(&key, bytes, |read: &PhaseChange| (&read.structure, &read.module))
                         .map(Incoming::Phase)
                 }
                 Topic::Status => {
-                    own(&key, &bytes, |read: &ModuleStatus| (&read.structure, &read.module))
+                    own(&key, bytes, |read: &ModuleStatus| (&read.structure, &read.module))
                         .map(|read| Incoming::Status(Box::new(read)))
                 }
                 _ => return None,
@@ -75,10 +76,9 @@ fn own<M: Message>(
     Err(format!("the {} names another module than its key", M::WHAT))
 }
 
-/// Decodes a change of liveliness.
-pub(crate) fn token(sample: &Sample) -> Option<Incoming> {
-    let there = sample.kind() == SampleKind::Put;
-    match sample.key_expr().as_str().parse::<Key>().ok()? {
+/// Decodes the key of a liveliness token that appeared, or disappeared.
+pub fn token(key: &str, there: bool) -> Option<Incoming> {
+    match key.parse::<Key>().ok()? {
         Key::Module { structure, module, topic: Topic::Alive } => {
             Some(Incoming::Token((structure, module), there))
         }

@@ -10,11 +10,9 @@
 //! | `messages` | decodes messages |
 //! | `module_feed` | orders and deduplicates what one module publishes, and finds gaps |
 //! | `retries` | when to repeat a question |
-//! | `queries` | queries modules and reads their replies |
 
 mod messages;
 mod module_feed;
-mod queries;
 mod retries;
 #[cfg(test)]
 mod tests;
@@ -22,14 +20,13 @@ mod tests;
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use vocabulary::{FaultTransition, ModuleName, StructureName};
+use vocabulary::{FaultTransition, HistoryPage, ModuleName, StructureName};
 
 use super::view::News;
 use module_feed::ModuleFeed;
 
-pub(crate) use messages::{Incoming, message, token};
-pub(crate) use module_feed::ModuleQuery;
-pub(crate) use queries::{ModuleAnswer, ask, ask_all};
+pub use messages::{Incoming, message, token};
+pub use module_feed::ModuleQuery;
 
 /// How long the connection has to be lost before that is reported: with several entry points another one takes over.
 const LOST_AFTER: Duration = Duration::from_millis(300);
@@ -44,11 +41,20 @@ const FOUND_WITHIN: Duration = Duration::from_secs(1);
 const MODULES: usize = 1024;
 
 /// Structure and name of a module.
-pub(crate) type ModuleKey = (StructureName, ModuleName);
+pub type ModuleKey = (StructureName, ModuleName);
+
+/// The answer to a question.
+#[derive(Debug)]
+pub enum ModuleAnswer {
+    /// The present states of one module, or of all.
+    Present(Option<ModuleKey>, Vec<Incoming>),
+    /// A page of a module's journal from a sequence number on, or the reason why it could not be read.
+    Page(ModuleKey, u64, Result<HistoryPage, String>),
+}
 
 /// Hands out the messages of all modules, each once and in the order of its module.
 #[derive(Debug, Default)]
-pub(crate) struct EventFeed {
+pub struct EventFeed {
     modules: BTreeMap<ModuleKey, ModuleFeed>,
     /// The first query, for the present states of all modules, was answered.
     is_open: bool,
@@ -80,7 +86,7 @@ impl OwnConnection {
 
 impl EventFeed {
     /// Handles a published message, or a token that appeared or disappeared.
-    pub(crate) fn published(&mut self, incoming: Incoming, now: Instant) -> Vec<News> {
+    pub fn published(&mut self, incoming: Incoming, now: Instant) -> Vec<News> {
         match incoming {
             Incoming::Transition(transition) => self.transition(*transition),
             Incoming::Status(status) => {
@@ -100,7 +106,7 @@ impl EventFeed {
     }
 
     /// Handles the answer to a question.
-    pub(crate) fn answered(&mut self, answer: ModuleAnswer, now: Instant) -> Vec<News> {
+    pub fn answered(&mut self, answer: ModuleAnswer, now: Instant) -> Vec<News> {
         match answer {
             ModuleAnswer::Present(key, replies) => self.replies(key.as_ref(), replies, now),
             ModuleAnswer::Page(key, since, page) => {
@@ -111,7 +117,7 @@ impl EventFeed {
 
     /// Takes note of whether the observer is connected to any process; to be called every tenth of a second or so.
     /// Reports a loss, its end, and who has left.
-    pub(crate) fn connection(&mut self, is_there: bool, now: Instant) -> Vec<News> {
+    pub fn connection(&mut self, is_there: bool, now: Instant) -> Vec<News> {
         let connection = &mut self.connection;
         if connection.since.is_none() || connection.is_there != is_there {
             (connection.since, connection.is_there) = (Some(now), is_there);
@@ -243,7 +249,7 @@ impl EventFeed {
     }
 
     /// Returns a question that is due, if any, and records it as asked.
-    pub(crate) fn question(&mut self, now: Instant) -> Option<(ModuleKey, ModuleQuery)> {
+    pub fn question(&mut self, now: Instant) -> Option<(ModuleKey, ModuleQuery)> {
         if !self.is_open {
             return None;
         }

@@ -30,7 +30,7 @@ const COMPONENTS: usize = 1024;
 
 /// A question to a module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum ModuleQuery {
+pub enum ModuleQuery {
     /// Its present state.
     Present,
     /// Its journal from this sequence number on.

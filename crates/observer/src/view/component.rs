@@ -371,7 +371,7 @@ pub(super) fn silence(state: &mut FaultTransition, unknown: &Unknown) {
 
 /// Whether a freeze frame belongs to a component's present fault. An acknowledgement is a separate transition with the
 /// same onset.
-pub(crate) fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
+pub fn is_frame_of(frame: &FreezeFrame, found: &FaultTransition) -> bool {
     frame.component == found.component
         && frame.incarnation == found.incarnation
         && found.run.is_none_or(|run| run == frame.signals.run)

@@ -26,11 +26,9 @@ mod structures;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use component::is_frame_of;
-
 pub use alarms::{StructureRow, alarms, all_is_well, attention, rows, structures};
 pub use component::{
-    Counts, explained_by, identification as known_identification, title, why_no_fault,
+    Counts, explained_by, identification as known_identification, is_frame_of, title, why_no_fault,
 };
 pub use id::{ComponentId, ModuleId, RowId};
 pub use journal::{Contradiction, HistoryGap, JournalEntry, Journals, ModuleHistory};

@@ -47,7 +47,8 @@ pub struct OrderRequest {
 
 impl OrderRequest {
     /// The key that it is sent on.
-    pub(crate) fn key(&self) -> Key {
+    #[must_use]
+    pub fn key(&self) -> Key {
         let topic = match &self.operator {
             Some(operator) => Topic::CommandOf(self.kind, operator.clone()),
             None => Topic::Command(self.kind),

@@ -17,7 +17,7 @@ use std::future::Future;
 use std::io;
 use std::time::Duration;
 
-use observer::Live;
+use session::client::Live;
 use shell::clock::unix_ns;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use zenoh::Session;

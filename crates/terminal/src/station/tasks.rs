@@ -3,7 +3,8 @@
 use std::future::Future;
 use std::time::Duration;
 
-use observer::{ComponentId, DivergenceFeed, ModuleHistory, ModuleId, OrderOutcome, QueryError};
+use observer::{ComponentId, ModuleHistory, ModuleId, OrderOutcome, QueryError};
+use session::client::DivergenceFeed;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::{AbortHandle, JoinSet};
 use zenoh::Session;
@@ -43,14 +44,18 @@ impl Tasks {
             ModelEffect::Listen(whom) => self.listen(whom, session),
             ModelEffect::Order(request) => self.start(async move {
                 let outcome = match session {
-                    Some(session) => observer::order(&session, &request, timeout).await.into(),
+                    Some(session) => {
+                        session::client::order(&session, &request, timeout).await.into()
+                    }
                     None => OrderOutcome::not_sent(NO_NETWORK),
                 };
                 TaskResult::Order(request, outcome)
             }),
             ModelEffect::Frame(fault) => self.start(async move {
                 let frame = match session {
-                    Some(session) => observer::freeze_frame_of(&session, &fault, timeout).await,
+                    Some(session) => {
+                        session::client::freeze_frame_of(&session, &fault, timeout).await
+                    }
                     None => Err(NO_NETWORK.to_owned()),
                 };
                 TaskResult::Frame(ComponentId::of(&fault), frame.map(Box::new))
@@ -104,7 +109,8 @@ async fn identification(
     let found = match session {
         Some(session) => {
             let ComponentId { structure, component } = &subject;
-            let found = observer::identification(&session, structure, component, timeout).await;
+            let found =
+                session::client::identification(&session, structure, component, timeout).await;
             found.map(|found| found.map(Box::new)).map_err(|error| error.to_string())
         }
         None => Err(NO_NETWORK.to_owned()),
@@ -115,7 +121,7 @@ async fn identification(
 async fn history(session: Option<Session>, subject: ComponentId, timeout: Duration) -> TaskResult {
     let (structure, module) = (&subject.structure, &subject.component.module);
     let history = match session {
-        Some(session) => observer::history(&session, structure, module, 1, timeout).await,
+        Some(session) => session::client::history(&session, structure, module, 1, timeout).await,
         None => {
             let broken_off = Some(QueryError::NotAsked(NO_NETWORK.to_owned()));
             ModuleHistory { broken_off, ..ModuleHistory::new(structure, module, 1) }

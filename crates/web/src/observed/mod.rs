@@ -12,7 +12,8 @@ mod traces;
 use std::sync::Arc;
 use std::time::Duration;
 
-use observer::{Live, ModuleHistory, ModuleView, QueryError, Scene};
+use observer::{ModuleHistory, ModuleView, QueryError, Scene};
+use session::client::Live;
 use vocabulary::{FaultTransition, ModuleName, StructureName};
 use zenoh::Session;
 
@@ -74,7 +75,7 @@ impl Observed {
         }
         let Some(session) = self.session() else { return none("the network is not connected") };
         let history =
-            || observer::history(&session, structure, &module.module, since, self.timeout);
+            || session::client::history(&session, structure, &module.module, since, self.timeout);
         let fetch = || async { Arc::new(history().await) };
         Some(self.journals.get((structure.clone(), module.module.clone()), fetch).await)
     }
@@ -86,7 +87,7 @@ impl Observed {
         };
         let key = format!("{}/{}/{}", fault.structure, fault.component, fault.sequence);
         let fetch = || async {
-            let frame = observer::freeze_frame_of(&session, fault, self.timeout).await;
+            let frame = session::client::freeze_frame_of(&session, fault, self.timeout).await;
             frame.map(|frame| figure::freeze_frame::svg(&frame).into()).map_err(Into::into)
         };
         self.frames.get(key, fetch).await

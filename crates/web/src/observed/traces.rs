@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use observer::DivergenceFeed;
+use session::client::DivergenceFeed;
 use tokio::sync::watch::{Receiver, Sender};
 use tokio::time::{Instant, sleep};
 use vocabulary::{Divergences, ModuleName, StructureName};

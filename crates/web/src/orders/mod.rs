@@ -63,7 +63,7 @@ async fn send(app: &App, given: FormOrder) -> OrderOutcome {
     match structure(app, &session, &given).await {
         Ok(structure) => {
             let request = given.request(structure, app.operator.clone());
-            observer::order(&session, &request, app.observed.timeout).await.into()
+            session::client::order(&session, &request, app.observed.timeout).await.into()
         }
         Err(wrong) => OrderOutcome::not_sent(&wrong),
     }
@@ -82,7 +82,7 @@ async fn structure(
     {
         return Err(format!("this page is about `{shown}`, not about `{wanted}`"));
     }
-    let homes = observer::homes(session, wanted, std::slice::from_ref(module), within).await;
+    let homes = session::client::homes(session, wanted, std::slice::from_ref(module), within).await;
     let homes = homes.map_err(|error| error.to_string())?;
     let mut homes: BTreeSet<StructureName> = homes.get(module).cloned().unwrap_or_default();
     if homes.len() > 1 {

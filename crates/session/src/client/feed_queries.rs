@@ -1,30 +1,31 @@
-//! Sends queries to modules and collects the replies.
+//! What the feed of events receives, and asks modules for.
 
 use std::time::Duration;
 
 use vocabulary::{HistoryPage, HistoryQuestion, Key, StructureName, Topic, keys::Watched};
 use zenoh::Session;
+use zenoh::sample::{Sample, SampleKind};
 
-use super::messages::{Incoming, message};
-use super::{ModuleKey, ModuleQuery};
-use crate::request;
+use crate::client::request;
+use observer::feed::{self, Incoming, ModuleAnswer, ModuleKey, ModuleQuery};
 
 /// Timeout of a query.
 const WITHIN: Duration = Duration::from_secs(1);
 /// Replies to one query that are read.
 const REPLIES: usize = 65_536;
 
-/// The answer to a question.
-#[derive(Debug)]
-pub(crate) enum ModuleAnswer {
-    /// The present states of one module, or of all.
-    Present(Option<ModuleKey>, Vec<Incoming>),
-    /// A page of a module's journal from a sequence number on, or the reason why it could not be read.
-    Page(ModuleKey, u64, Result<HistoryPage, String>),
+/// Decodes a published message or the reply to a query.
+pub(super) fn message(sample: &Sample) -> Option<Incoming> {
+    feed::message(sample.key_expr().as_str(), &sample.payload().to_bytes())
+}
+
+/// Decodes a change of liveliness.
+pub(super) fn token(sample: &Sample) -> Option<Incoming> {
+    feed::token(sample.key_expr().as_str(), sample.kind() == SampleKind::Put)
 }
 
 /// Asks one module.
-pub(crate) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)) -> ModuleAnswer {
+pub(super) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)) -> ModuleAnswer {
     match query {
         ModuleQuery::Present => {
             let watched = Watched { structure: Some(&key.0), module: Some(&key.1) };
@@ -39,7 +40,7 @@ pub(crate) async fn ask(session: Session, (key, query): (ModuleKey, ModuleQuery)
 }
 
 /// Sends the first query, to all modules.
-pub(crate) async fn ask_all(session: Session, structure: Option<StructureName>) -> ModuleAnswer {
+pub(super) async fn ask_all(session: Session, structure: Option<StructureName>) -> ModuleAnswer {
     let watched = Watched { structure: structure.as_ref(), module: None };
     ModuleAnswer::Present(None, present(&session, watched).await)
 }

@@ -10,7 +10,7 @@ use zenoh::handlers::{DefaultHandler, FifoChannelHandler};
 use zenoh::query::{ConsolidationMode, QueryTarget, Reply};
 use zenoh::session::SessionGetBuilder;
 
-use super::view::QueryError;
+use observer::QueryError;
 
 /// The replies to a query.
 pub(super) type Replies = FifoChannelHandler<Reply>;

@@ -8,7 +8,7 @@ use vocabulary::{
 use zenoh::Session;
 
 use super::request::{command, senseless, untaken};
-use super::view::{OrderRequest, QueryError};
+use observer::{OrderRequest, QueryError};
 
 /// Sends a module's diagnoser an order about a component or the whole module.
 ///

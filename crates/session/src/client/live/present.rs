@@ -8,8 +8,8 @@ use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
 use super::Live;
-use crate::presence::AttendanceError;
-use crate::view::{ModuleView, Scene};
+use crate::client::presence::AttendanceError;
+use observer::{ModuleView, Scene};
 
 /// A module sends a status every second; a first status may arrive this long after the first message.
 const STATUS_WITHIN: Duration = Duration::from_millis(1300);
@@ -85,7 +85,7 @@ fn hold_for_statuses(scene: &Scene) -> Duration {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing;
+    use observer::testing;
     use vocabulary::FaultTransition;
 
     #[test]

@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `present` | takes one snapshot, once every module has answered |
-//! | `task` | subscribes, queries, and passes the messages to [`Structures`](crate::Structures) |
+//! | `task` | subscribes, queries, and passes the messages to [`Structures`](observer::Structures) |
 
 mod present;
 mod task;
@@ -19,8 +19,8 @@ use tokio::task::JoinSet;
 use vocabulary::{ModuleName, StructureName};
 use zenoh::Session;
 
-use crate::presence::AttendanceError;
-use crate::view::{NetworkState, News, ObservedEvent, Scene};
+use crate::client::presence::AttendanceError;
+use observer::{NetworkState, News, ObservedEvent, Scene};
 use task::Show;
 
 pub use present::{attendance, present};

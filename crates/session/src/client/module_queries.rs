@@ -12,7 +12,7 @@ use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
 use super::request::{ask, read, senseless};
-use super::view::{ModuleHistory, QueryError, is_frame_of};
+use observer::{ModuleHistory, QueryError, is_frame_of};
 
 /// Reads a module's journal from the sequence number `since` on. `timeout` applies to each page. Pages read before a
 /// failure are kept.

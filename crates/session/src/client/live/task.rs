@@ -19,9 +19,10 @@ use zenoh::pubsub::Subscriber;
 use zenoh::query::Reply;
 use zenoh::sample::Sample;
 
-use crate::feed::{EventFeed, Incoming, ask, ask_all, message, token};
-use crate::request::{self, Replies, read};
-use crate::view::{NetworkState, News, ObservedEvent, QueryError, Scene, Structures};
+use crate::client::feed_queries::{ask, ask_all, message, token};
+use crate::client::request::{self, Replies, read};
+use observer::feed::{EventFeed, Incoming};
+use observer::{NetworkState, News, ObservedEvent, QueryError, Scene, Structures};
 
 /// Pause before the next attempt to open a session.
 const OPEN_AGAIN_AFTER: Duration = Duration::from_secs(2);
