@@ -150,6 +150,45 @@ impl ColumnMatrix {
     }
 }
 
+/// Time constant of an innovation's mean, about which it is limited \[s\].
+const MEAN_S: f64 = 0.5;
+/// From when on innovations are limited: the filter has found its state \[s\].
+const LIMITED_FROM_S: f64 = 2.0;
+
+/// A limit of what a reading may differ from its prediction, about the mean of what it differs anyway: a reading that is
+/// wrong moves the estimate no more than a small disturbance does.
+#[derive(Debug, Clone)]
+pub(crate) struct InnovationLimit {
+    largest_m: Vec<f64>,
+    means_m: Vec<f64>,
+    share: f64,
+    steps_left: u64,
+}
+
+impl InnovationLimit {
+    /// Innovations of gages on members of these lengths may be this far from their means.
+    pub(crate) fn new(largest_strain: f64, lengths_m: &[f64], step_s: f64) -> Self {
+        Self {
+            largest_m: lengths_m.iter().map(|length_m| largest_strain * length_m).collect(),
+            means_m: vec![0.0; lengths_m.len()],
+            share: (step_s / MEAN_S).min(1.0),
+            steps_left: (LIMITED_FROM_S / step_s).round() as u64,
+        }
+    }
+
+    fn apply(&mut self, innovation_m: &mut [f64]) {
+        let is_limited = self.steps_left == 0;
+        self.steps_left = self.steps_left.saturating_sub(1);
+        let limits = self.means_m.iter_mut().zip(&self.largest_m);
+        for (innovation, (mean, largest)) in innovation_m.iter_mut().zip(limits) {
+            if is_limited {
+                *innovation = *mean + (*innovation - *mean).clamp(-largest, *largest);
+            }
+            *mean += self.share * (*innovation - *mean);
+        }
+    }
+}
+
 /// The controller with its present state.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
@@ -162,6 +201,7 @@ pub(crate) struct Controller {
     demand_limit_n: f64,
     state: Vec<f64>,
     innovation: Vec<f64>,
+    limit: Option<InnovationLimit>,
     previous_forces_n: Vec<f64>,
     mean_forces_n: Vec<f64>,
 }
@@ -183,9 +223,15 @@ impl Controller {
             demand_limit_n,
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],
+            limit: None,
             mean_forces_n: vec![0.0; forces_n.len()],
             previous_forces_n: forces_n,
         }
+    }
+
+    /// Limits innovations from now on, or no longer.
+    pub(crate) fn limit_innovations(&mut self, limit: Option<InnovationLimit>) {
+        self.limit = limit;
     }
 
     /// Computes the demands \[N\] from the readings \[m\] and observed forces \[N\] of a sample.
@@ -193,6 +239,9 @@ impl Controller {
         self.predict(forces_n);
         self.innovation.copy_from_slice(readings_m);
         self.minus_gage_map.add_product(&self.state, &mut self.innovation);
+        if let Some(limit) = &mut self.limit {
+            limit.apply(&mut self.innovation);
+        }
         self.filter.add_product(&self.innovation, &mut self.state);
         demands_n.fill(0.0);
         self.minus_regulator.add_product(&self.state, demands_n);

@@ -130,7 +130,8 @@ impl Injections {
         found.map(|(_, place)| *place)
     }
 
-    fn place(&self, path: &ComponentPath) -> Result<PartSlot, InjectError> {
+    /// The position of a component.
+    pub(crate) fn place(&self, path: &ComponentPath) -> Result<PartSlot, InjectError> {
         self.place_of(path).ok_or_else(|| self.unknown(path))
     }
 

@@ -6,15 +6,16 @@
 //! average of the forces at both ends of the step, the other loads in its middle.
 
 use nalgebra::DVector;
-use truss::{ModalStepper, Modes, Structure};
+use truss::{Direction, ModalStepper, Modes, Structure};
 use vocabulary::fault::Fault;
 
 use crate::contact::Contact;
-use crate::controller::{Controller, Design, beside, gage_lengths_m};
+use crate::controller::{Controller, Design, InnovationLimit, beside, gage_lengths_m};
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
 use crate::injection::Slot;
+use crate::loads::{level_map, loaded_levels};
 use crate::nodal_loads::NodalLoads;
 use crate::parameters::PlantParameters;
 use crate::pressure_sensor::PressureSensors;
@@ -51,8 +52,13 @@ pub(crate) struct PlantPart {
 /// Working values of one step, all modules concatenated.
 #[derive(Debug, Clone)]
 struct Buffers {
+    /// Elongation of each gage, then the displacement of the uppermost level in x and in y.
+    outputs_m: Vec<f64>,
+    true_elongations_m: Vec<f64>,
     elongations_m: Vec<f64>,
-    /// The controller's input: the last valid reading of each gage.
+    /// What the controller is given in place of a gage's reading.
+    replaced_m: Vec<Option<f64>>,
+    /// The controller's input: what replaces a gage's reading, or its last valid reading.
     latest_m: Vec<f64>,
     pressures_pa: Vec<[f64; 2]>,
     observed_forces_n: Vec<f64>,
@@ -101,8 +107,13 @@ impl PlantPart {
         let inputs_n = [&forces_n[..], &loads_n].concat();
         let input_map = beside(&tower.mechanics.actuator_map, &load_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
-        let mut structure =
-            ModalStepper::new(&modes, step_s, &input_map, &tower.mechanics.gage_map);
+        let uppermost: Vec<_> = loaded_levels(truth).into_iter().rev().take(1).collect();
+        let top = |direction| level_map(&tower.mechanics, &uppermost, direction);
+        let outputs = beside(
+            &tower.mechanics.gage_map.transpose(),
+            &beside(&top(Direction::X), &top(Direction::Y)),
+        );
+        let mut structure = ModalStepper::new(&modes, step_s, &input_map, &outputs.transpose());
         structure.settle(&inputs_n);
         let gage_lengths_m = gage_lengths_m(truth);
         let (actuators, gages) = (forces_n.len(), gage_lengths_m.len());
@@ -123,7 +134,10 @@ impl PlantPart {
             step_s,
             places,
             buffers: Buffers {
+                outputs_m: vec![0.0; outputs.ncols()],
+                true_elongations_m: vec![0.0; gages],
                 elongations_m: vec![0.0; gages],
+                replaced_m: vec![None; gages],
                 latest_m: vec![0.0; gages],
                 pressures_pa: vec![[0.0; 2]; actuators],
                 observed_forces_n: vec![0.0; actuators],
@@ -156,6 +170,7 @@ impl PlantPart {
             &buffers.demands_n,
             &buffers.pressures_pa,
             &buffers.elongations_m,
+            &buffers.true_elongations_m,
         );
         self.move_on();
     }
@@ -196,6 +211,23 @@ impl PlantPart {
         self.stroke.as_ref().map(|under_way| &under_way.stroke)
     }
 
+    /// Gives the controller this in place of a gage's reading \[m\], or its reading again.
+    pub(crate) fn replace_reading(&mut self, gage: usize, elongation_m: Option<f64>) {
+        self.buffers.replaced_m[gage] = elongation_m;
+    }
+
+    /// Limits what a reading may differ from its prediction.
+    pub(crate) fn limit_innovations(&mut self, largest_strain: Option<f64>) {
+        let limit = largest_strain
+            .map(|strain| InnovationLimit::new(strain, &self.gage_lengths_m, self.step_s));
+        self.controller.limit_innovations(limit);
+    }
+
+    /// Displacement of the uppermost level in x and in y at the latest step, in the mean of its nodes \[m\].
+    pub(crate) fn top_m(&self) -> &[f64] {
+        self.buffers.outputs_m.get(self.gage_lengths_m.len()..).unwrap_or_default()
+    }
+
     /// The largest demand \[N\].
     pub(crate) fn demand_limit_n(&self) -> f64 {
         self.demand_limit_n
@@ -209,16 +241,20 @@ impl PlantPart {
     /// Reads gages and pressure sensors, and computes the observed forces (eq. 8).
     fn measure(&mut self) {
         let buffers = &mut self.buffers;
-        self.structure.outputs(&mut buffers.elongations_m);
+        self.structure.outputs(&mut buffers.outputs_m);
         let at_rest = self.slow_elongations.elongations_m();
-        for (elongation, at_rest) in buffers.elongations_m.iter_mut().zip(at_rest) {
-            *elongation += at_rest;
+        let both = buffers.outputs_m.iter().zip(at_rest);
+        for (elongation, (moving, at_rest)) in buffers.true_elongations_m.iter_mut().zip(both) {
+            *elongation = moving + at_rest;
         }
         self.slow_elongations.step();
+        buffers.elongations_m.copy_from_slice(&buffers.true_elongations_m);
         self.gages.read(&mut buffers.elongations_m);
-        for (latest, reading) in buffers.latest_m.iter_mut().zip(&buffers.elongations_m) {
-            if !reading.is_nan() {
-                *latest = *reading;
+        let replaced = buffers.replaced_m.iter().zip(&buffers.elongations_m);
+        for (latest, (replaced, reading)) in buffers.latest_m.iter_mut().zip(replaced) {
+            let known = replaced.unwrap_or(*reading);
+            if !known.is_nan() {
+                *latest = known;
             }
         }
         let pressures = self.hydraulics.pressures_pa();

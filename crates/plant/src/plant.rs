@@ -153,6 +153,40 @@ impl Plant {
         Ok(self.next_step.plus(steps).minus(1))
     }
 
+    /// Gives the controller this in place of what a gage reads \[m\], or its reading again; effective from the next
+    /// [`Plant::advance`].
+    ///
+    /// # Errors
+    /// No such gage.
+    pub fn replace_reading(
+        &mut self,
+        gage: &ComponentPath,
+        elongation_m: Option<f64>,
+    ) -> Result<(), InjectError> {
+        let place = self.injections.place(gage)?;
+        if let (Slot::Gage(gage), Some(part)) = (place.slot, self.parts.get_mut(place.part)) {
+            part.replace_reading(gage, elongation_m);
+        }
+        Ok(())
+    }
+
+    /// Limits what the controller makes of readings: their innovations count up to this strain about their mean, from two
+    /// seconds later on. `None` for no limit, as at the start.
+    pub fn limit_innovations(&mut self, largest_strain: Option<f64>) {
+        self.parts.iter_mut().for_each(|part| part.limit_innovations(largest_strain));
+    }
+
+    /// The signals of the latest step.
+    #[must_use]
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// Displacement of the uppermost level of each part in x and in y at the latest step, in the mean of its nodes \[m\].
+    pub fn tops_m(&self) -> impl Iterator<Item = &[f64]> {
+        self.parts.iter().map(PlantPart::top_m)
+    }
+
     /// The strokes in progress.
     pub fn strokes(&self) -> impl Iterator<Item = &StrokeTest> {
         self.parts.iter().filter_map(PlantPart::stroke)

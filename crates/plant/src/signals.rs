@@ -23,6 +23,8 @@ pub struct ModuleSignals {
     pub pressures_pa: Vec<[f64; 2]>,
     /// Reading of each gage \[m\]; NaN without a signal.
     pub elongations_m: Vec<f64>,
+    /// What each gage would read without noise, gain error or fault \[m\].
+    pub true_elongations_m: Vec<f64>,
 }
 
 impl Signals {
@@ -32,6 +34,7 @@ impl Signals {
             demands_n: vec![0.0; module.actuators.len()],
             pressures_pa: vec![[0.0; 2]; module.actuators.len()],
             elongations_m: vec![0.0; module.gages.len()],
+            true_elongations_m: vec![0.0; module.gages.len()],
         };
         Self { step: Step(0), modules: structure.equipped().map(module).collect() }
     }
@@ -43,6 +46,7 @@ impl Signals {
         demands: &[f64],
         pressures: &[[f64; 2]],
         elongations: &[f64],
+        true_elongations: &[f64],
     ) {
         let (mut actuator, mut gage) = (0, 0);
         for &place in places {
@@ -51,6 +55,7 @@ impl Signals {
             copy(&mut module.demands_n, demands, actuator);
             copy(&mut module.pressures_pa, pressures, actuator);
             copy(&mut module.elongations_m, elongations, gage);
+            copy(&mut module.true_elongations_m, true_elongations, gage);
             actuator += actuators;
             gage += module.elongations_m.len();
         }
