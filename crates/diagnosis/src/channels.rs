@@ -91,6 +91,8 @@ pub(crate) struct Channels {
     tares: Vec<f64>,
     /// The values for the windows: residuals, forces, oil contents; NaN without a value.
     measured: [Vec<f64>; 3],
+    /// What the gages read at the latest sample; NaN where that cannot be used.
+    readings_m: Vec<f64>,
     phase: ModulePhase,
     /// The step since which every channel is watched, in service.
     in_service_since: Option<Step>,
@@ -155,6 +157,7 @@ impl Channels {
                 vec![f64::NAN; layout.actuators],
             ],
             tares: vec![0.0; components.len()],
+            readings_m: vec![f64::NAN; layout.gages],
             layout,
             components,
             phase: ModulePhase::Waiting,
@@ -310,6 +313,11 @@ impl Channels {
             let tare = if of_gage { self.tares[channel] } else { 0.0 };
             *value = if usable { self.latest[channel] - tare } else { f64::NAN };
         }
+        let readings = self.readings_m.iter_mut().zip(&sample.elongations_m);
+        for (gage, (reading, measured)) in readings.enumerate() {
+            let good = self.validity.supply(self.layout.channel_of_gage(gage)) == Supply::Good;
+            *reading = if good { *measured } else { f64::NAN };
+        }
         let observed = generator.forces_n().iter().zip(generator.contents_pa());
         let kept = forces_n.iter_mut().zip(contents_pa.iter_mut());
         for (channel, ((force, content), (observed_n, observed_pa))) in
@@ -335,6 +343,32 @@ impl Channels {
     /// What was measured lately.
     pub(crate) fn recent(&self) -> &Recent {
         &self.recent
+    }
+
+    /// The windows of this length that are still kept, the latest first.
+    pub(crate) fn windows_latest_first(
+        &self,
+        length: WindowLength,
+    ) -> impl Iterator<Item = &WindowMeans> {
+        self.windows[length as usize].0.latest_first()
+    }
+
+    /// What the local model says that the gages read, at the latest sample \[m\]; none in a learned module, or while the
+    /// models settle.
+    pub(crate) fn modelled_m(&self) -> Option<&[f64]> {
+        self.generator.as_ref().filter(|one| one.is_settled()).map(ResidualGenerator::modelled_m)
+    }
+
+    /// What the gages read at the latest sample \[m\]; NaN where that cannot be used.
+    pub(crate) fn readings_m(&self) -> &[f64] {
+        &self.readings_m
+    }
+
+    /// The residuals at the latest sample, tares subtracted, a gage's only while its module's forces are known; and the
+    /// observed forces \[N\]. NaN without a value.
+    pub(crate) fn measured(&self) -> (&[f64], &[f64]) {
+        let [residuals, forces_n, _] = &self.measured;
+        (residuals, forces_n)
     }
 
     /// The window of this length that ended at a step, if it is still kept.

@@ -9,6 +9,7 @@ use vocabulary::{Component, ModuleName, ModulePhase, RunId, Step};
 
 use crate::channels::{ChannelLayout, Channels};
 use crate::comparing::Comparing;
+use crate::correcting::Correcting;
 use crate::coverage::Coverage;
 use crate::event::{Action, Event, Handling, QuestionToken};
 use crate::freeze::Freezing;
@@ -19,7 +20,7 @@ use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use vocabulary::{Counters, Evidence, PastWatch, StateAnswer, StateQuestion, Verdict};
+use vocabulary::{Counters, Evidence, PastWatch, Readings, StateAnswer, StateQuestion, Verdict};
 
 /// The state that survives a restart. The shell stores it and passes it to
 /// [`Diagnoser::recall`] before the first event.
@@ -46,6 +47,7 @@ pub struct Diagnoser {
     pub(crate) held: Vec<(QuestionToken, StateQuestion)>,
     pub(crate) comparing: Comparing,
     identifying: Identifying,
+    correcting: Correcting,
     freezing: Freezing,
     pub(crate) counters: Counters,
 }
@@ -69,6 +71,7 @@ impl Diagnoser {
             sampling: setup.sampling(),
             comparing: Comparing::new(&setup),
             identifying: Identifying::new(&setup),
+            correcting: Correcting::new(&setup),
             freezing: Freezing::new(&setup),
             counters: Counters::default(),
             module: setup.module,
@@ -151,7 +154,7 @@ impl Diagnoser {
         self.channels.observe(sample);
         self.counters.samples_non_finite += u64::from(self.channels.is_incomplete());
         let phase = self.channels.update_phase(sample.step);
-        let Self { channels, judging, comparing, identifying, counters, .. } = self;
+        let Self { channels, judging, comparing, identifying, correcting, counters, .. } = self;
         let (run, now) = (sample.run, sample.step);
         let mut handling = Handling { run, now, channels, counters, actions };
         for &(channel, occurrence) in channels.occurrences() {
@@ -162,6 +165,7 @@ impl Diagnoser {
         judging.judge(&mut handling);
         comparing.compare(judging, &mut handling);
         identifying.follow(&judging.ledger, comparing, &mut handling);
+        correcting.follow(&judging.ledger, &mut handling);
         self.freezing.note(&actions[before..]);
         self.freezing.follow(now, &self.channels, actions);
         self.answer_due(now, actions);
@@ -178,6 +182,7 @@ impl Diagnoser {
             self.channels.end_run();
             self.comparing.restart();
             self.identifying.restart();
+            self.correcting.restart();
             self.refuse_held(run, actions);
             self.judging.isolator.restart();
             actions.extend(self.judging.ledger.end_run(last).into_iter().map(Action::Publish));
@@ -191,6 +196,9 @@ impl Diagnoser {
         let mut handling = Handling { run, now, channels, counters, actions };
         let (peer, question) = (answer.module.clone(), answer.question);
         if question.window.is_some() {
+            if question.run == run {
+                self.correcting.answered(&answer);
+            }
             return comparing.answered((&peer, question, Some(answer)), judging, &mut handling);
         }
         judging.answered(answer, &mut handling);
@@ -280,6 +288,29 @@ impl Diagnoser {
     #[must_use]
     pub fn window(&self, length: WindowLength) -> Option<&WindowMeans> {
         self.channels.window(length)
+    }
+
+    /// Takes a peer's forces at a step of the present run \[N\], with which faulty gages are replaced more precisely.
+    pub fn take_forces(&mut self, peer: &ModuleName, step: Step, forces_n: &[f64]) {
+        self.correcting.hear(peer, step, forces_n);
+    }
+
+    /// Is the reading of any gage replaced, or to be?
+    #[must_use]
+    pub fn replaces_any(&self) -> bool {
+        self.correcting.replaces_any()
+    }
+
+    /// Writes what each gage reads at the latest step, or should read if it is faulty.
+    pub fn write_readings(&self, readings: &mut Readings) {
+        let now = self.last_step().unwrap_or_default();
+        self.correcting.write(&self.channels, now, readings);
+    }
+
+    /// The observed forces at the latest step \[N\]; NaN without a value.
+    #[must_use]
+    pub fn forces_n(&self) -> &[f64] {
+        self.channels.measured().1
     }
 
     /// Did a window end at the latest step after which conditions are known anew?

@@ -10,6 +10,7 @@ mod change_log;
 mod channels;
 mod commands;
 mod comparing;
+mod correcting;
 mod coverage;
 mod diagnoser;
 mod event;

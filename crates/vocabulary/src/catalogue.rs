@@ -5,9 +5,9 @@ use serde_json::{Value, json};
 use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
-    ChangeReport, Divergences, FaultTransition, FreezeFrame, HistoryPage, Identification, Injected,
-    Injection, Input, ModuleConfiguration, ModuleStatus, Obeyed, Order, PhaseChange, PlantStatus,
-    Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
+    ChangeReport, Corrected, Divergences, FaultTransition, FreezeFrame, HistoryPage,
+    Identification, Injected, Injection, Input, ModuleConfiguration, ModuleStatus, Obeyed, Order,
+    PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
 };
 
 /// How a message travels on a key.
@@ -101,7 +101,7 @@ use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
-pub fn catalogue() -> [Entry; 21] {
+pub fn catalogue() -> [Entry; 22] {
     [
         Entry::of::<Sample>(
             "sample",
@@ -112,6 +112,11 @@ pub fn catalogue() -> [Entry; 21] {
             "divergences",
             &[("{module}/divergence", Published)],
             example!("divergences"),
+        ),
+        Entry::of::<Corrected>(
+            "corrected",
+            &[("{module}/corrected", Published)],
+            example!("corrected"),
         ),
         Entry::of::<ChangeReport>("change", &[("{module}/change", Published)], example!("change")),
         Entry::of::<FaultTransition>(

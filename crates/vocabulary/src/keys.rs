@@ -33,6 +33,8 @@ pub enum Topic {
     Sample,
     /// Its divergences.
     Divergence,
+    /// What its gages read, or should read if they are faulty, each step.
+    Corrected,
     /// A divergence crossed its threshold.
     Change,
     /// Transitions of the verdict on one component.
@@ -133,6 +135,7 @@ impl fmt::Display for Topic {
         match self {
             Topic::Sample => f.write_str("sample"),
             Topic::Divergence => f.write_str("divergence"),
+            Topic::Corrected => f.write_str("corrected"),
             Topic::Change => f.write_str("change"),
             Topic::Fault(component) => write!(f, "fault/{component}"),
             Topic::Identification(component) => write!(f, "identification/{component}"),
@@ -174,6 +177,7 @@ impl FromStr for Topic {
         match text {
             "sample" => Ok(Topic::Sample),
             "divergence" => Ok(Topic::Divergence),
+            "corrected" => Ok(Topic::Corrected),
             "change" => Ok(Topic::Change),
             "state" => Ok(Topic::State),
             "status" => Ok(Topic::Status),
@@ -276,6 +280,12 @@ impl Watched<'_> {
     #[must_use]
     pub fn divergences(&self) -> String {
         self.expression(&Topic::Divergence.to_string())
+    }
+
+    /// Corrected readings.
+    #[must_use]
+    pub fn corrected(&self) -> String {
+        self.expression(&Topic::Corrected.to_string())
     }
 
     /// Status of modules, and of the plant unless a module is named.

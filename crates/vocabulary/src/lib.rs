@@ -7,6 +7,7 @@
 //! | `{module}/sample` | [`Sample`]; in reply to [`SampleQuestion`], past ones |
 //! | `{module}/divergence` | [`Divergences`] |
 //! | `{module}/change` | [`ChangeReport`] |
+//! | `{module}/corrected` | [`Corrected`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
 //! | `{module}/identification/actuator/{name}`, `{module}/identification/sensor/{name}` | [`Identification`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
@@ -36,6 +37,7 @@ mod clock_difference;
 mod component;
 mod condition;
 mod configuration;
+mod corrected;
 pub mod delivery;
 mod divergence;
 mod encoding;
@@ -79,6 +81,7 @@ pub use clock_difference::ClockDifference;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
 pub use condition::{Condition, Obstacle};
 pub use configuration::ModuleConfiguration;
+pub use corrected::{Corrected, ReadingSource, Readings};
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;

@@ -9,13 +9,14 @@ use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use vocabulary::{
     ActuatorFault, Alarm, Candidate, Change, ChangeReport, Channel, Component, Condition,
-    CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
+    Corrected, CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
     FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification,
     IdentifiedKind, Injected, Injection, JournalStatus, Key, Message, ModuleName, ModulePhase,
     ModuleStatus, Obeyed, Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, Refused, RunId, Sample, Shelving, Signature,
-    SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom,
-    Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode, encode,
+    PlantStatus, PresentFault, Progress, ReadingSource, Readings, Refused, RunId, Sample, Shelving,
+    Signature, SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun,
+    StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode,
+    encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -370,6 +371,21 @@ fn events_are_read_back() {
         }],
     };
     assert_eq!(back(&divergences), divergences);
+    let mut readings = Readings::default();
+    readings.push(1e-6, 1e-7, ReadingSource::Own);
+    readings.push(f64::NAN, 1e-7, ReadingSource::Replaced);
+    assert_eq!(readings.source, [ReadingSource::Own, ReadingSource::NotValid]);
+    assert_eq!(readings.high_m, [Some(1e-6 + 1e-7), None]);
+    let corrected = Corrected {
+        structure: structure(),
+        module: module(),
+        run: RunId(5),
+        step: Step(41),
+        time_unix_ns: 9,
+        readings,
+        forces_n: vec![Some(12.5), None],
+    };
+    assert_eq!(back(&corrected), corrected);
 }
 
 #[test]

@@ -59,7 +59,7 @@ use freeze_frames::FreezeFrames;
 use health::{LatestReport, ModuleHealth};
 use identify::Identifier;
 use input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
-use peers::{LOOK_EVERY, PeerQueries, PeerTable, Presence};
+use peers::{LOOK_EVERY, PeerForces, PeerQueries, PeerTable, Presence};
 use publish::{EventPublisher, InputCache, ModuleOutbox, Outgoing, RoutinePublisher};
 use store::{JournalWriter, ModuleStore};
 
@@ -238,6 +238,8 @@ async fn serve(
         LOOK_EVERY,
     );
     let looking = crew.task("presence", looking);
+    let (forces, listening) = PeerForces::new(session, &speaker, config.peers());
+    let listening = crew.task("forces", listening);
     let queries = PeerQueries::declare(session, &speaker, &config, peers.clone(), answers)
         .await
         .map_err(refused)?;
@@ -295,12 +297,13 @@ async fn serve(
         inquiries,
         input.receiver.clone(),
     );
-    let shared = SharedState { store, watch, peers, duplicates, health, identifications };
+    let shared = SharedState { store, watch, peers, forces, duplicates, health, identifications };
     DiagnosisLoop::new(diagnoser, &config, executor, input, shared, supervisor)
         .run(queues, shutdown)
         .await;
 
     looking.abort();
+    listening.abort();
     match tokio::time::timeout(WITHDRAWING, declared.withdraw()).await {
         Ok(Ok(())) => {}
         Ok(Err(error)) => tracing::warn!("failed to undeclare Zenoh resources: {error}"),

@@ -2,12 +2,28 @@
 
 use vocabulary::{
     ModuleName, StructureName,
-    keys::{ROOT, Watched},
+    keys::{PLANT, ROOT, Watched},
 };
 use zenoh::key_expr::KeyExpr;
 
 /// How files are called if no structure is named.
 const ANY: &str = "trusswatch";
+
+/// What a module publishes, but for corrected readings: these follow from the samples, and subscribing to them would make
+/// every module publish them at every step.
+const OF_MODULE: [&str; 11] = [
+    "sample",
+    "divergence",
+    "change",
+    "fault/**",
+    "identification/**",
+    "status",
+    "progress",
+    "phase",
+    "input",
+    "freeze-frame",
+    "alive",
+];
 
 /// What is to be recorded.
 #[derive(Debug, Clone, Default)]
@@ -40,10 +56,24 @@ impl RecordedKeys {
         expressions
     }
 
+    /// What is subscribed to: what modules and plant publish but corrected readings; other keys as they are.
+    fn subscribed(&self) -> Vec<String> {
+        let structure = self.structure.as_ref().map_or("*", StructureName::as_str);
+        let of_module =
+            |module: &str| OF_MODULE.map(|topic| format!("{ROOT}/{structure}/{module}/{topic}"));
+        let modules = self.modules.iter().flat_map(|module| of_module(module.as_str()));
+        let mut all: Vec<String> = modules.chain(self.keys.iter().cloned()).collect();
+        if all.is_empty() {
+            all.push(format!("{ROOT}/{structure}/{PLANT}/**"));
+            all.extend(of_module("*"));
+        }
+        all
+    }
+
     /// The same such that no message comes twice: each with earlier ones, whose messages it leaves out.
     pub(super) fn distinct(&self) -> zenoh::Result<Vec<(KeyExpr<'static>, Vec<KeyExpr<'static>>)>> {
         let mut all: Vec<KeyExpr<'static>> = Vec::new();
-        for text in self.expressions() {
+        for text in self.subscribed() {
             let expression = KeyExpr::new(text)?;
             if all.iter().any(|other| other.includes(&expression)) {
                 continue;
@@ -89,6 +119,12 @@ mod tests {
         let tower = keys(Some("tower"), &[], &[]);
         assert_eq!((tower.name(), &*tower.expressions()[0]), ("tower", "trusswatch/tower/**"));
         assert!(tower.has("trusswatch/tower/m/input") && !tower.has("trusswatch/t/m/input"));
+        let hears = |key: &str| {
+            let key = KeyExpr::new(key).unwrap();
+            tower.distinct().unwrap().iter().any(|(whole, _)| whole.includes(&key))
+        };
+        assert!(hears("trusswatch/tower/m/sample") && hears("trusswatch/tower/plant/status"));
+        assert!(!hears("trusswatch/tower/m/corrected"), "it would be published for this alone");
     }
 
     #[test]
@@ -96,9 +132,9 @@ mod tests {
         let overlapping =
             ["trusswatch/*/*/sample", "trusswatch/tower/m1/fault/**", "trusswatch/tower/*/sample"];
         let distinct = keys(Some("tower"), &["m1"], &overlapping).distinct().unwrap();
-        let whole: Vec<&str> = distinct.iter().map(|(whole, _)| whole.as_str()).collect();
-        assert_eq!(whole, ["trusswatch/tower/m1/**", "trusswatch/*/*/sample"]);
-        assert_eq!(distinct[1].1.len(), 1);
+        let last = distinct.last().unwrap();
+        assert_eq!((last.0.as_str(), last.1.len()), ("trusswatch/*/*/sample", 0));
+        assert!(distinct.iter().all(|(whole, _)| *whole.as_str() != *"trusswatch/tower/m1/sample"));
         assert!(keys(None, &[], &["a//b"]).distinct().is_err());
     }
 }

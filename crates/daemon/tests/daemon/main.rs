@@ -8,6 +8,7 @@
 )]
 
 mod bad_configs;
+mod corrected;
 mod end_to_end;
 mod hostile_input;
 mod identification;

@@ -143,6 +143,28 @@ impl Speaker {
         }
     }
 
+    /// The message on what its diagnoser's gages read, or should read, at this step, the latest one.
+    #[must_use]
+    pub fn corrected(
+        &self,
+        (run, step): (RunId, Step),
+        diagnoser: &Diagnoser,
+        time_unix_ns: u64,
+    ) -> vocabulary::Corrected {
+        let mut readings = vocabulary::Readings::default();
+        diagnoser.write_readings(&mut readings);
+        let forces_n = diagnoser.forces_n().iter();
+        vocabulary::Corrected {
+            structure: self.structure.clone(),
+            module: self.module.clone(),
+            run,
+            step,
+            time_unix_ns,
+            readings,
+            forces_n: forces_n.map(|force_n| Some(*force_n).filter(|n| n.is_finite())).collect(),
+        }
+    }
+
     /// The message on what was seen of a component around the latching of its fault.
     #[must_use]
     pub fn freeze_frame(

@@ -99,6 +99,8 @@ pub struct ResidualGenerator {
     /// force may be wrong by as much.
     swings_n: Vec<f64>,
     residuals: Vec<f64>,
+    /// What the local model says that the gages read, at the latest sample \[m\].
+    modelled_m: Vec<f64>,
     longest_gap_of_loops: u64,
     longest_gap_of_structure: u64,
     loops_settle: u64,
@@ -140,6 +142,7 @@ impl ResidualGenerator {
             missing: 0,
             swings_n: vec![0.0; actuators],
             residuals: vec![0.0; actuators + local.output_count()],
+            modelled_m: vec![0.0; local.output_count()],
             local,
             structure_follows: false,
             loops_follow: false,
@@ -206,9 +209,10 @@ impl ResidualGenerator {
         for (force_loop, pressures) in self.loops.iter_mut().zip(&sample.pressures_pa) {
             force_loop.lean(*pressures);
         }
-        self.local.outputs(of_gages);
-        for (residual, measured) in of_gages.iter_mut().zip(&sample.elongations_m) {
-            *residual = measured - *residual;
+        self.local.outputs(&mut self.modelled_m);
+        let both = sample.elongations_m.iter().zip(&self.modelled_m);
+        for (residual, (measured, modelled)) in of_gages.iter_mut().zip(both) {
+            *residual = measured - modelled;
         }
         self.advance();
         self.unsettled = self.unsettled.saturating_sub(1);
@@ -242,6 +246,11 @@ impl ResidualGenerator {
     /// The oil contents of the cylinders at the latest sample \[Pa\].
     pub(crate) fn contents_pa(&self) -> &[f64] {
         &self.contents_pa
+    }
+
+    /// What the local model says that the gages read, at the latest sample \[m\].
+    pub(crate) fn modelled_m(&self) -> &[f64] {
+        &self.modelled_m
     }
 
     /// The residuals of the latest sample.

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::gaussian::{Gaussian, SnippetValues};
+use super::reconstruction::{ReconstructionError, ReconstructionNoise, errors};
 use super::reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, residual_settings,
 };
@@ -29,7 +30,7 @@ const LEAST_CONTENT_PA: f64 = 1e3;
 /// Place of the force among a cylinder's values.
 const FORCE: usize = 2;
 /// Folds of the cross-validation, over snippets.
-const FOLDS: usize = 8;
+pub(super) const FOLDS: usize = 8;
 /// Snippets beyond the number of values that a Gaussian needs.
 const SPARE_SNIPPETS: usize = 12;
 
@@ -85,6 +86,7 @@ pub fn commission(
         false_alarms_per_hour,
         cylinder_threshold: threshold(once_in, &of_cylinders),
         forces: places.ranges(&long),
+        reconstructions: places.reconstructions(&short, setup)?,
         long: places.learn(&long, once_in)?,
         short: places.learn(&short, once_in)?,
         cylinders,
@@ -127,15 +129,32 @@ impl ValuePlaces {
         (0..self.values()).map(|k| with_peers || is_own(k)).collect()
     }
 
+    /// The least deviation of each value.
+    fn least(&self) -> Vec<f64> {
+        [vec![LEAST_GAGE_M; self.gages.len()], vec![LEAST_FORCE_N; self.actuators.len()]].concat()
+    }
+
+    /// How well each of the module's own gages follows from the others.
+    fn reconstructions(
+        &self,
+        data: &SnippetData,
+        setup: &ModuleSetup,
+    ) -> Result<Vec<ReconstructionError>, CommissioningError> {
+        let noise = ReconstructionNoise::of(setup);
+        let forces: Vec<usize> = (self.gages.len()..self.values()).collect();
+        let forces = [&forces[..self.own_actuators], &forces];
+        let observations = data.observations(&data.means);
+        errors(&observations, &self.least(), self.own_gages, forces, &noise)
+            .ok_or(CommissioningError::Singular)
+    }
+
     /// Learns the means over windows of one length.
     fn learn(
         &self,
         data: &SnippetData,
         once_in: f64,
     ) -> Result<MeansReference, CommissioningError> {
-        let least =
-            [vec![LEAST_GAGE_M; self.gages.len()], vec![LEAST_FORCE_N; self.actuators.len()]]
-                .concat();
+        let least = self.least();
         let observations = data.observations(&data.means);
         let means = Gaussian::learn(&observations, &least);
         if !means.is_sound(self.values()) {

@@ -109,7 +109,23 @@ impl Gaussian {
     /// How one of these values follows from the others: by what each is multiplied in value − prediction, one for the value
     /// itself, and the standard deviation of that.
     pub(crate) fn regression(&self, places: &[usize], own: usize) -> Option<(Vec<f64>, f64)> {
-        let precision = self.precision(places)?;
+        self.regression_on_noisy(places, own, |_| 0.0)
+    }
+
+    /// The same with so much variance added to each of the others, in its own unit: a ridge regression.
+    pub(crate) fn regression_on_noisy(
+        &self,
+        places: &[usize],
+        own: usize,
+        variance: impl Fn(usize) -> f64,
+    ) -> Option<(Vec<f64>, f64)> {
+        let precision =
+            self.precision_with(
+                places,
+                |place| {
+                    if place == places[own] { 0.0 } else { variance(place) }
+                },
+            )?;
         let (weight, scale) = (precision[(own, own)], self.deviation[places[own]]);
         let weights = places.iter().enumerate();
         let weights =
@@ -209,12 +225,25 @@ impl Gaussian {
 
     /// The inverse of the correlations of these values.
     fn precision(&self, places: &[usize]) -> Option<DMatrix<f64>> {
+        self.precision_with(places, |_| 0.0)
+    }
+
+    /// The same with so much added to the variance of each value.
+    fn precision_with(
+        &self,
+        places: &[usize],
+        more: impl Fn(usize) -> f64,
+    ) -> Option<DMatrix<f64>> {
         if places.is_empty() {
             return None;
         }
         let correlation = |row: usize, column: usize| {
             let (a, b) = (places[row].max(places[column]), places[row].min(places[column]));
-            if a == b { 1.0 + RIDGE } else { self.correlations[a][b] }
+            if a == b {
+                1.0 + RIDGE + more(a) / self.deviation[a].powi(2)
+            } else {
+                self.correlations[a][b]
+            }
         };
         let matrix = DMatrix::from_fn(places.len(), places.len(), correlation);
         matrix.cholesky().map(|factor| factor.inverse())

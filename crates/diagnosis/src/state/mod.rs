@@ -9,6 +9,7 @@ mod detectors;
 mod fault_set;
 mod gaussian;
 pub mod learned;
+mod reconstruction;
 mod reference;
 mod snippet;
 mod threshold;
@@ -19,6 +20,8 @@ pub use commissioning::{CommissioningError, LEAST_THRESHOLD, commission};
 pub(crate) use detector::{Conclusion, Reaction};
 pub(crate) use detectors::Detectors;
 pub use gaussian::Gaussian;
+pub use reconstruction::ReconstructionError;
+pub(crate) use reconstruction::{Reconstruction, ReconstructionNoise};
 pub use reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, ReferenceProblem,
     fingerprint, residual_settings,

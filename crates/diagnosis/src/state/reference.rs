@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, ModuleName};
 
 use super::gaussian::Gaussian;
+use super::reconstruction::ReconstructionError;
 use crate::settings::ModuleSetup;
 use vocabulary::WindowLength;
 
 /// Version of the file.
-pub const REFERENCE_VERSION: u32 = 2;
+pub const REFERENCE_VERSION: u32 = 3;
 
 /// The reference of one module.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -36,6 +37,8 @@ pub struct Reference {
     pub long: MeansReference,
     /// Over windows of a tenth of a second.
     pub short: MeansReference,
+    /// How well each of its own gages is reconstructed from the other gages and the forces.
+    pub reconstructions: Vec<ReconstructionError>,
     /// Each of its cylinders: mean tracking residual \[N\], oil content \[Pa\], force \[N\], its rate \[N/s\].
     pub cylinders: Vec<Gaussian>,
 }
@@ -234,6 +237,16 @@ impl Reference {
         });
         let count = (self.cylinders.len() != cylinders)
             .then(|| format!("`cylinders` are {}; use {cylinders}", self.cylinders.len()));
+        let of_gages = (self.reconstructions.len() != gages)
+            .then(|| format!("`reconstructions` are {}; use {gages}", self.reconstructions.len()));
+        let of_reconstructions = self.reconstructions.iter().flat_map(|error| {
+            [
+                figure("alone_m", error.alone_m, POSITIVE),
+                figure("alone_held_m", error.alone_held_m, POSITIVE),
+                figure("with_peers_m", error.with_peers_m, POSITIVE),
+                figure("with_peers_held_m", error.with_peers_held_m, POSITIVE),
+            ]
+        });
         let of_cylinders =
             self.cylinders.iter().filter_map(|cylinder| cylinder.problem("cylinders", 4));
         let values = self.gages.len() + self.forces.len();
@@ -242,7 +255,12 @@ impl Reference {
                 let problems = means.problems(gages, values).into_iter();
                 problems.map(move |problem| format!("{name}: {problem}"))
             });
-        let all = figures.into_iter().chain(of_forces).chain([count]).flatten();
+        let all = figures
+            .into_iter()
+            .chain(of_forces)
+            .chain(of_reconstructions)
+            .chain([count, of_gages])
+            .flatten();
         all.chain(of_cylinders).chain(of_means).map(ReferenceProblem::Figures).collect()
     }
 

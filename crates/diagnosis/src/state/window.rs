@@ -206,6 +206,11 @@ impl MeansCollector {
         self.kept.back()
     }
 
+    /// The windows that are still kept, the latest first.
+    pub(crate) fn latest_first(&self) -> impl Iterator<Item = &WindowMeans> {
+        self.kept.iter().rev()
+    }
+
     /// The window that ended at a step, if it is still kept.
     pub(crate) fn ended_at(&self, step: Step) -> Option<&WindowMeans> {
         self.kept.iter().find(|window| window.until == step)

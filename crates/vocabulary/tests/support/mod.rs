@@ -7,6 +7,7 @@ pub fn plain_topics() -> Vec<Topic> {
     let mut topics = vec![
         Topic::Sample,
         Topic::Divergence,
+        Topic::Corrected,
         Topic::Change,
         Topic::State,
         Topic::Status,
@@ -24,7 +25,8 @@ pub fn plain_topics() -> Vec<Topic> {
     }
     for topic in &topics {
         match topic {
-            Topic::Sample | Topic::Divergence | Topic::Change | Topic::State => {}
+            Topic::Sample | Topic::Divergence | Topic::Corrected => {}
+            Topic::Change | Topic::State => {}
             Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}
             Topic::Input | Topic::Configuration | Topic::FreezeFrame => {}

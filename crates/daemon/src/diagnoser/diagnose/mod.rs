@@ -40,7 +40,7 @@ use super::duplicates::DuplicateWatch;
 use super::health::LatestReport;
 use super::identify::IdentificationReport;
 use super::input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
-use super::peers::PeerTable;
+use super::peers::{PeerForces, PeerTable};
 use super::publish::{Outgoing, Routine};
 use super::store::ModuleStore;
 use crate::config::{DiagnoserConfig, PublishSettings};
@@ -80,6 +80,8 @@ pub(crate) struct SharedState {
     /// How far the module had watched before the restart.
     pub(crate) watch: Option<WatchedSteps>,
     pub(crate) peers: PeerTable,
+    /// Peers' forces, while a gage is replaced.
+    pub(crate) forces: PeerForces,
     pub(crate) duplicates: DuplicateWatch,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<LatestReport>,
@@ -263,7 +265,7 @@ impl DiagnosisLoop {
         }
     }
 
-    /// Divergences and progress, when they are due and have subscribers.
+    /// Divergences, corrected readings and progress, when they are due and have subscribers.
     fn publish_routinely(&mut self, changed: bool) {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
@@ -273,6 +275,12 @@ impl DiagnosisLoop {
             let speaker = &self.executor.speaker;
             let message = speaker.divergences((run, step), &self.diagnoser, clock::unix_ns());
             self.executor.outbox.routine(Routine::Divergences(message));
+        }
+        self.shared.forces.follow(&mut self.diagnoser);
+        if self.executor.outbox.audiences.corrected.is_there() {
+            let speaker = &self.executor.speaker;
+            let message = speaker.corrected((run, step), &self.diagnoser, clock::unix_ns());
+            self.executor.outbox.routine(Routine::Corrected(message));
         }
         if due(step.plus(1), self.publish.progress_every_steps) {
             self.send_progress(Instant::now());

@@ -1,5 +1,7 @@
-//! The peers: each as this module sees it (`PeerTable`), whether it is there (`presence`), what it answers (`queries`).
+//! The peers: each as this module sees it (`PeerTable`), whether it is there (`presence`), what it answers (`queries`), and its forces
+//! while a gage is replaced (`forces`).
 
+mod forces;
 mod presence;
 mod queries;
 
@@ -9,6 +11,7 @@ use diagnosis::PeerFailure;
 use parking_lot::{Mutex, MutexGuard};
 use vocabulary::{ModuleName, PeerOutcome, PeerStatus};
 
+pub(crate) use forces::PeerForces;
 pub(crate) use presence::{LOOK_EVERY, Presence, watch};
 pub(crate) use queries::PeerQueries;
 

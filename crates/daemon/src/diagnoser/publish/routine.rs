@@ -1,11 +1,13 @@
-//! Answers, divergences, status and progress, in order, on a thread of its own: none of them waits for
+//! Answers, divergences, corrected readings, status and progress, in order, on a thread of its own: none of them waits for
 //! the disk, and none is worth waiting for the network.
 
 use std::sync::Arc;
 
 use shell::supervision::Lane;
 use tokio::sync::mpsc;
-use vocabulary::{Divergences, InquiryCounters, ModuleStatus, Progress, StateAnswer, Topic};
+use vocabulary::{
+    Corrected, Divergences, InquiryCounters, ModuleStatus, Progress, StateAnswer, Topic,
+};
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -22,6 +24,8 @@ use diagnosis::messages::Speaker;
 pub(crate) enum Routine {
     /// Divergences.
     Divergences(Divergences),
+    /// Corrected readings.
+    Corrected(Corrected),
     /// Status.
     Status(Box<ModuleStatus>),
     /// Progress.
@@ -45,6 +49,7 @@ pub(crate) enum Routine {
 /// What the thread owns.
 pub(crate) struct RoutinePublisher {
     divergences: Publisher<'static>,
+    corrected: Publisher<'static>,
     status: Publisher<'static>,
     progress: Publisher<'static>,
     audiences: Audiences,
@@ -56,6 +61,8 @@ pub(crate) struct RoutinePublisher {
 pub(crate) struct Audiences {
     /// To divergences.
     pub(crate) divergences: Audience,
+    /// To corrected readings.
+    pub(crate) corrected: Audience,
     /// To progress.
     pub(crate) progress: Audience,
 }
@@ -68,13 +75,15 @@ impl RoutinePublisher {
         inquiries: Arc<SharedCounters<InquiryCounters>>,
     ) -> zenoh::Result<Self> {
         let divergences = publisher(session, speaker.key(Topic::Divergence)).await?;
+        let corrected = publisher(session, speaker.key(Topic::Corrected)).await?;
         let progress = publisher(session, speaker.key(Topic::Progress)).await?;
         let audiences = Audiences {
             divergences: Audience::of(&divergences).await?,
+            corrected: Audience::of(&corrected).await?,
             progress: Audience::of(&progress).await?,
         };
         let status = publisher(session, speaker.key(Topic::Status)).await?;
-        Ok(Self { divergences, status, progress, audiences, inquiries })
+        Ok(Self { divergences, corrected, status, progress, audiences, inquiries })
     }
 
     /// The subscribers.
@@ -96,6 +105,7 @@ impl RoutinePublisher {
             Routine::Divergences(message) => {
                 put(&message, |bytes| self.divergences.put(bytes).wait());
             }
+            Routine::Corrected(message) => put(&message, |bytes| self.corrected.put(bytes).wait()),
             Routine::Status(message) => put(&*message, |bytes| self.status.put(bytes).wait()),
             Routine::Progress(message) => put(&message, |bytes| self.progress.put(bytes).wait()),
             Routine::Answer { query, answer } => {

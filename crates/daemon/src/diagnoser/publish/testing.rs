@@ -14,6 +14,10 @@ pub(crate) fn speaker() -> Speaker {
 pub(crate) fn outbox(store: ModuleStore, room: usize) -> (ModuleOutbox, Receiver<QueuedEvent>) {
     let (events, events_out) = sync_channel(room);
     let (routine, _) = mpsc::channel(1);
-    let audiences = Audiences { divergences: Audience::default(), progress: Audience::default() };
+    let audiences = Audiences {
+        divergences: Audience::default(),
+        corrected: Audience::default(),
+        progress: Audience::default(),
+    };
     (ModuleOutbox::new(store, events, routine, audiences), events_out)
 }

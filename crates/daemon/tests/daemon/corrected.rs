@@ -1,0 +1,97 @@
+//! What a faulty gage should read goes over the network while anyone listens, with the help of the peers' forces.
+//!
+//! Authority: the fault that the plant was given, and the plant's samples.
+
+use std::collections::BTreeMap;
+
+use crate::support::{LIMIT, Rig, in_time};
+use daemon::config::{PlantFlags, ScheduledFault, Speed};
+use tokio::sync::mpsc;
+use vocabulary::{
+    Corrected, Message, ModuleName, ReadingSource, RunId, Sample, Step, fault::Fault, keys::Watched,
+};
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+
+const ONSET: Step = Step(6000);
+/// A bias of twenty microstrain.
+const OFFSET_M: f64 = 6e-5;
+/// Steps of the run; all is said some time before its end.
+const STEPS: u64 = 9000;
+/// Half of the interval with the peers' forces at most, and at least without them.
+const NARROW_M: f64 = 3.5e-6;
+
+async fn subscribe<M: Message + Send + 'static>(
+    observer: &Session,
+    key: String,
+) -> (Subscriber<()>, mpsc::UnboundedReceiver<M>) {
+    let (outlet, inbox) = mpsc::unbounded_channel();
+    let subscriber = observer.declare_subscriber(key).callback(move |sample| {
+        let message = vocabulary::decode(&sample.payload().to_bytes()).unwrap();
+        let _ = outlet.send(message);
+    });
+    (subscriber.await.unwrap(), inbox)
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_faulty_gage_is_replaced_over_the_network() {
+    let flags = PlantFlags {
+        speed: Some(Speed::Factor(2.0)),
+        steps: Some(STEPS),
+        run_id: Some(RunId(42)),
+        ..PlantFlags::default()
+    };
+    let mut rig = Rig::new("plant.toml", &["module1.toml", "module2.toml"], &flags).patient();
+    rig.plant.schedule.faults = vec![ScheduledFault {
+        at_step: ONSET,
+        until_step: None,
+        component: "module2/sensor/g3".parse().unwrap(),
+        fault: Fault::Bias { offset_m: OFFSET_M },
+    }];
+    let diagnosers = [rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let observer = rig.observer().await;
+    let (structure, all) = (rig.plant.structure.name.clone(), rig.modules());
+    session::client::wait_for(&observer, &structure, &all, false, LIMIT).await.unwrap();
+    let module: ModuleName = "module2".parse().unwrap();
+    let watched = Watched { structure: Some(&structure), module: Some(&module) };
+    let (_listening, mut corrected) = subscribe::<Corrected>(&observer, watched.corrected()).await;
+    let (_sampling, mut samples) = subscribe::<Sample>(&observer, watched.samples()).await;
+    let plant = rig.start_plant();
+
+    let mut own = BTreeMap::new();
+    let (mut before, mut replaced, mut half_m) = (0, 0, f64::NAN);
+    in_time("the end of the run", async {
+        loop {
+            let Corrected { step, readings, forces_n, .. } = corrected.recv().await.unwrap();
+            while !own.contains_key(&step) {
+                let sample = samples.recv().await.unwrap();
+                own.insert(sample.step, sample.elongations_m[2]);
+            }
+            assert_eq!((readings.source.len(), forces_n.len()), (8, 4));
+            let Some(reading_m) = readings.elongations_m[2] else {
+                assert!(step < ONSET, "not valid at step {step}");
+                continue;
+            };
+            let own_m = own[&step];
+            if readings.source[2] == ReadingSource::Own {
+                assert_eq!(reading_m, own_m);
+                before += 1;
+                continue;
+            }
+            assert!(step > ONSET);
+            assert!((own_m - OFFSET_M - reading_m).abs() < 1e-5, "{own_m} {reading_m}");
+            replaced += 1;
+            half_m = 0.5 * (readings.high_m[2].unwrap() - readings.low_m[2].unwrap());
+            if step >= Step(STEPS - 200) {
+                break;
+            }
+        }
+    })
+    .await;
+    assert!(before > 1000 && replaced > 1000, "{before} own readings, {replaced} replaced");
+    assert!(half_m < NARROW_M, "the peer's forces are not used: ±{half_m} m");
+    plant.end().await;
+    for diagnoser in diagnosers {
+        diagnoser.stop().await;
+    }
+}
