@@ -102,7 +102,7 @@ pub struct GroupError {
 pub type Identify = fn(&Excerpt, Option<FaultKind>) -> IdentificationResult;
 
 /// The diagnosers of several modules.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct DiagnoserGroup {
     setups: Vec<ModuleSetup>,
     diagnosers: Vec<Diagnoser>,
@@ -164,6 +164,18 @@ impl DiagnoserGroup {
         self.diagnosers[place].take_sample(sample, &mut self.actions);
         if !self.actions.is_empty() {
             self.carry_out(place);
+        }
+    }
+
+    /// Gives each diagnoser the latest forces of its peers.
+    pub(crate) fn exchange_forces(&mut self) {
+        for place in 0..self.diagnosers.len() {
+            let Some(step) = self.diagnosers[place].last_step() else { continue };
+            let (module, forces_n) =
+                (self.setups[place].module.clone(), self.diagnosers[place].forces_n().to_vec());
+            for other in (0..self.diagnosers.len()).filter(|other| *other != place) {
+                self.diagnosers[other].take_forces(&module, step, &forces_n);
+            }
         }
     }
 
@@ -305,7 +317,7 @@ impl DiagnoserGroup {
 }
 
 /// The state of a diagnoser as its process would store it.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 struct StoredMemory {
     run: Option<RunId>,
     /// The step since which every channel has been watched.

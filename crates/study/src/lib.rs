@@ -23,6 +23,7 @@ pub mod scenarios;
 mod statistics;
 mod system;
 pub mod tail;
+pub mod tolerance;
 pub mod trace;
 
 pub use calibration::{

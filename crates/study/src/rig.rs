@@ -1,12 +1,13 @@
 //! A plant and its diagnosers in one process.
 
 use std::collections::VecDeque;
+use std::mem;
 
 use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
 use vocabulary::{
-    Change, Component, ComponentPath, ModuleName, RunId, Step,
+    Change, Component, ComponentPath, ModuleName, ReadingSource, Readings, RunId, Step,
     fault::{Fault, FaultKind},
 };
 
@@ -61,7 +62,7 @@ pub enum RigError {
 }
 
 /// A plant and one diagnoser for each of its equipped modules.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Rig {
     plant: Plant,
     run: RunId,
@@ -71,6 +72,8 @@ pub struct Rig {
     /// The latest samples of all modules, as the publisher keeps them; so many of them.
     kept: VecDeque<Vec<Measurements>>,
     keep: usize,
+    /// The corrected readings of each module, if the controller is given them.
+    corrected: Option<Vec<Readings>>,
 }
 
 impl Rig {
@@ -93,6 +96,7 @@ impl Rig {
             faults,
             kept: VecDeque::new(),
             keep: 0,
+            corrected: None,
         })
     }
 
@@ -117,6 +121,48 @@ impl Rig {
     /// The changes so far whose ratio is final, with their last steps as far as they are known.
     pub fn settled_changes(&self) -> impl Iterator<Item = (ComponentPath, &Change)> {
         self.group.settled_changes()
+    }
+
+    /// The same without the faults of a component.
+    #[must_use]
+    pub fn without_faults_of(mut self, component: &ComponentPath) -> Self {
+        self.faults.retain(|fault| fault.component != *component);
+        self
+    }
+
+    /// From now on the controller is given the corrected reading of each gage that is declared faulty, a step later.
+    pub fn correct(&mut self) {
+        self.corrected = Some(vec![Readings::default(); self.diagnosers().len()]);
+    }
+
+    /// Limits the innovations of the controller, see [`Plant::limit_innovations`].
+    pub fn limit_innovations(&mut self, largest_strain: f64) {
+        self.plant.limit_innovations(Some(largest_strain));
+    }
+
+    /// The corrected readings of a module, by its index, at the latest step, if the controller is given them.
+    #[must_use]
+    pub fn corrected(&self, place: usize) -> Option<&Readings> {
+        self.corrected.as_ref()?.get(place)
+    }
+
+    fn give_corrected(&mut self) -> Result<(), InjectError> {
+        let Some(mut corrected) = mem::take(&mut self.corrected) else { return Ok(()) };
+        self.group.exchange_forces();
+        for (readings, diagnoser) in corrected.iter_mut().zip(self.group.diagnosers()) {
+            diagnoser.write_readings(readings);
+            let gages = diagnoser.components().iter();
+            let gages = gages.filter(|one| matches!(one, Component::Sensor(_)));
+            let entries = readings.elongations_m.iter().zip(&readings.source);
+            for (component, (elongation_m, source)) in gages.zip(entries) {
+                let module = diagnoser.module().clone();
+                let gage = ComponentPath { module, component: component.clone() };
+                let replaced = elongation_m.filter(|_| *source == ReadingSource::Replaced);
+                self.plant.replace_reading(&gage, replaced)?;
+            }
+        }
+        self.corrected = Some(corrected);
+        Ok(())
     }
 
     /// Starts a stroke of a cylinder at the next step.
@@ -162,6 +208,7 @@ impl Rig {
                 self.group.take_sample(place, sample);
             }
         }
+        self.give_corrected()?;
         if self.keep > 0 {
             let reused = (self.kept.len() == self.keep).then(|| self.kept.pop_front()).flatten();
             let mut newest = reused.unwrap_or_default();

@@ -20,7 +20,7 @@ const END: u64 = 10_100;
 const GAGE: &str = "module1/sensor/g1";
 const CYLINDER: &str = "module1/actuator/a2";
 
-static PLANT: LazyLock<(PlantSite, Vec<ModuleSetup>)> = LazyLock::new(|| {
+pub(crate) static PLANT: LazyLock<(PlantSite, Vec<ModuleSetup>)> = LazyLock::new(|| {
     let text = include_str!("../../../configs/tower.toml");
     let structure = Structure::from_toml(text).unwrap();
     let parameters = tower::weather::alike();

@@ -23,5 +23,6 @@ mod rig;
 mod sampling_rates;
 mod structures;
 mod summary;
+mod tolerance;
 mod tower;
 mod trace;

@@ -8,6 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use serde::{Deserialize, Serialize};
 use study::conditions::Situation;
+use study::tolerance::ToleranceCampaign;
 use study::{ControllerTuning, Shard};
 use vocabulary::fault::FaultKind;
 
@@ -46,6 +47,7 @@ pub(super) enum CampaignRequest {
     Conditions(ConditionArguments),
     Limits(LimitArguments),
     Identify(IdentifyArguments),
+    Tolerance(ToleranceArguments),
 }
 
 /// Which diagnosers are studied.
@@ -271,6 +273,34 @@ pub(super) struct IdentifyArguments {
     /// Size of every fault that has one, in limits of its kind: the smallest that is found within about two seconds
     #[arg(long, value_name = "X", value_parser = |x: &str| within(x, 0.01..=1000.0))]
     pub(super) in_limits: Option<f64>,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Measure what faults of gages cost the structure, and what corrected readings take off that
+///
+/// Draws so many plants, each commissioned in the weather like by `trusswatch study conditions`, and gives each of them
+/// so many faults of gages, kinds and situations taking turns: alone, during a hard-over, from the start. Each is run with nothing done about it, with corrected readings given
+/// to the controller, with its innovations limited, and with both; and the plant without the fault, by which the others are
+/// divided. Case N is one of plant N/cases.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct ToleranceArguments {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// How many plants are commissioned
+    #[arg(long, default_value = "3", value_name = "N")]
+    pub(super) plants: NonZeroU64,
+    /// Faults of each plant
+    #[arg(long, default_value = "40", value_name = "N")]
+    pub(super) cases: NonZeroU64,
+    /// Only faults of this kind
+    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
+    pub(super) kind: Option<FaultKind>,
+    /// Only faults in this situation
+    #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::SITUATIONS, Situation::as_str))]
+    pub(super) situation: Option<Situation>,
     #[command(flatten)]
     #[serde(skip)]
     pub(super) engine: EngineArguments,

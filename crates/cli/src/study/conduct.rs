@@ -41,6 +41,7 @@ pub(super) fn run(request: &CampaignRequest) -> Result<(), Failure> {
         CampaignRequest::Conditions(of) => run_campaign(value, &of.campaign()?, &of.engine),
         CampaignRequest::Limits(of) => run_campaign(value, &of.campaign()?, &of.engine),
         CampaignRequest::Identify(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        CampaignRequest::Tolerance(of) => run_campaign(value, &of.campaign()?, &of.engine),
     }
 }
 
@@ -55,6 +56,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
         CampaignRequest::Conditions(of) => merge_campaign(value, &of.campaign()?, arguments),
         CampaignRequest::Limits(of) => merge_campaign(value, &of.campaign()?, arguments),
         CampaignRequest::Identify(of) => merge_campaign(value, &of.campaign()?, arguments),
+        CampaignRequest::Tolerance(of) => merge_campaign(value, &of.campaign()?, arguments),
     }
 }
 

@@ -10,10 +10,11 @@ use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
 use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::limits::LimitCampaign;
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
+use study::tolerance::ToleranceCampaign;
 
 use super::arguments::{
     CampaignRequest, ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments,
-    PresetName, ScenarioArguments, SystemArguments, Weather,
+    PresetName, ScenarioArguments, SystemArguments, ToleranceArguments, Weather,
 };
 use crate::failure::Failure;
 use crate::shipped::{
@@ -54,7 +55,8 @@ impl CampaignRequest {
             Self::Limits(of) if of.isolation => (&mut of.system, 0.0, &[Weather::None][..]),
             Self::Limits(of) => (&mut of.system, COMMISSIONED_MISMATCH, &Weather::ALL[..]),
             Self::Conditions(ConditionArguments { system, .. })
-            | Self::Identify(IdentifyArguments { system, .. }) => {
+            | Self::Identify(IdentifyArguments { system, .. })
+            | Self::Tolerance(ToleranceArguments { system, .. }) => {
                 (system, COMMISSIONED_MISMATCH, &[Weather::Alike][..])
             }
         };
@@ -169,6 +171,15 @@ impl IdentifyArguments {
             plants: self.plants.get(),
             cases: self.cases.get(),
         })
+    }
+}
+
+impl ToleranceArguments {
+    pub(super) fn campaign(&self) -> Result<ToleranceCampaign, Failure> {
+        let (plants, cases) = (self.plants.get(), self.cases.get());
+        let Self { kind, situation, .. } = *self;
+        let system = self.system.only_system()?;
+        Ok(ToleranceCampaign { system, plants, cases, kind, situation })
     }
 }
 

@@ -1,0 +1,215 @@
+//! The result of a case: what the fault cost with each measure, and how true the corrected reading was.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use vocabulary::{Component, ComponentPath, ReadingSource, fault::FaultKind};
+
+use super::course::{Course, CourseFollower};
+use super::{Measure, ToleranceTask};
+use crate::case::{CampaignCase, CaseRun};
+use crate::conditions::Situation;
+use crate::error::StudyError;
+use crate::group::RigEvent;
+use crate::rig::Rig;
+use crate::system::{System, gage_length_m};
+
+/// The controller's limit of innovations: ten times the noise of a gage.
+const LARGEST_INNOVATION: f64 = 3e-6;
+
+/// How true the corrected reading was, from the verdict to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct CorrectedError {
+    /// Root mean square of the error as strain.
+    pub rms_strain: f64,
+    /// The share of its steps in which the true elongation was within its interval.
+    pub covered: f64,
+    /// Half the interval's width on average, as strain.
+    pub half_width_strain: f64,
+    /// The share of steps in which no reading was given.
+    pub not_valid: f64,
+}
+
+/// The result of a case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToleranceRow {
+    /// The kind of fault.
+    pub kind: FaultKind,
+    /// What else happens.
+    pub situation: Situation,
+    /// The faulty component.
+    pub component: ComponentPath,
+    /// The fault in words.
+    pub fault: String,
+    /// Time from the onset to the verdict \[s\]; `None` if there was none.
+    pub named_after_s: Option<f64>,
+    /// Healthy components that were named.
+    pub wrong: Vec<ComponentPath>,
+    /// The run with each measure, relative to the run without the fault.
+    pub relative: BTreeMap<Measure, Course>,
+    /// The largest step of a demand at the verdict, with each measure that corrects \[N\].
+    pub demand_step_n: BTreeMap<Measure, f64>,
+    /// How true the corrected reading was, where it was used.
+    pub corrected: Option<CorrectedError>,
+}
+
+impl ToleranceRow {
+    pub(super) fn of(
+        case: &CampaignCase<ToleranceTask>,
+        run: &mut CaseRun,
+        system: &System,
+    ) -> Result<Self, StudyError> {
+        let fault = case.faults.first().ok_or(StudyError::NothingToBreak)?;
+        let fresh = run.rig.clone();
+        let mut rows = BTreeMap::new();
+        let mut healthy = fresh.clone().without_faults_of(&fault.component);
+        let without_fault = follow(&mut healthy, case, system, |_| ())?;
+        let mut demand_step_n = BTreeMap::new();
+        let mut corrected = None;
+        for measure in [Measure::Corrected, Measure::Limited, Measure::CorrectedAndLimited] {
+            let mut rig = fresh.clone();
+            if measure.corrects() {
+                rig.correct();
+            }
+            if measure.limits() {
+                rig.limit_innovations(LARGEST_INNOVATION);
+            }
+            let mut watcher = Watcher::new(&rig, fault.component.clone());
+            let course = follow(&mut rig, case, system, |rig| watcher.take(rig))?;
+            rows.insert(measure, course.over(&without_fault));
+            if measure.corrects() {
+                demand_step_n.insert(measure, watcher.largest_step_n);
+            }
+            if measure == Measure::Corrected {
+                corrected = watcher.finish(gage_length_m(&system.structure, &fault.component));
+            }
+        }
+        let mut follower = CourseFollower::new(&system.structure);
+        while run.step()? {
+            if run.rig.plant().next_step() > case.kind.from {
+                follower.take(&run.rig);
+            }
+        }
+        rows.insert(Measure::Nothing, follower.finish().over(&without_fault));
+        let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
+        let verdict = transitions
+            .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
+        let wrong = run.diagnosed().into_iter().map(|found| found.component);
+        let is_healthy =
+            |path: &ComponentPath| case.faults.iter().all(|fault| fault.component != *path);
+        let step_s = system.parameters.step_s;
+        Ok(Self {
+            kind: case.kind.kind,
+            situation: case.kind.situation,
+            component: fault.component.clone(),
+            fault: fault.fault.to_string(),
+            named_after_s: verdict
+                .as_ref()
+                .map(|(_, transition)| transition.decided.since(fault.at) as f64 * step_s),
+            wrong: wrong.filter(is_healthy).collect(),
+            relative: rows,
+            demand_step_n,
+            corrected,
+        })
+    }
+}
+
+/// Runs a rig for as long as a case lasts, and measures what happens from the onset on.
+fn follow(
+    rig: &mut Rig,
+    case: &CampaignCase<ToleranceTask>,
+    system: &System,
+    mut watch: impl FnMut(&Rig),
+) -> Result<Course, StudyError> {
+    let mut follower = CourseFollower::new(&system.structure);
+    for _ in 0..case.steps {
+        rig.step()?;
+        watch(rig);
+        if rig.plant().next_step() > case.kind.from {
+            follower.take(rig);
+        }
+    }
+    Ok(follower.finish())
+}
+
+/// Follows the corrected reading of the faulty gage, and the demands.
+struct Watcher {
+    module: usize,
+    gage: usize,
+    steps: f64,
+    squares_m2: f64,
+    covered: f64,
+    half_width_m: f64,
+    not_valid: f64,
+    demands_n: Vec<f64>,
+    /// Steps since the verdict, once there is one.
+    since: Option<u64>,
+    largest_step_n: f64,
+}
+
+/// The steps after the verdict in which the demands' steps are due to the correction.
+const AT_VERDICT: u64 = 3;
+
+impl Watcher {
+    fn new(rig: &Rig, component: ComponentPath) -> Self {
+        let places = rig.diagnosers().iter().position(|one| *one.module() == component.module);
+        let module = places.unwrap_or_default();
+        let gages = rig.diagnosers()[module].components().iter();
+        let mut gages = gages.filter(|one| matches!(one, Component::Sensor(_)));
+        let gage = gages.position(|one| *one == component.component).unwrap_or_default();
+        Self {
+            module,
+            gage,
+            steps: 0.0,
+            squares_m2: 0.0,
+            covered: 0.0,
+            half_width_m: 0.0,
+            not_valid: 0.0,
+            demands_n: Vec::new(),
+            since: None,
+            largest_step_n: 0.0,
+        }
+    }
+
+    fn take(&mut self, rig: &Rig) {
+        let Some(readings) = rig.corrected(self.module) else { return };
+        let signals = rig.plant().signals();
+        let demands = || signals.modules.iter().flat_map(|module| &module.demands_n);
+        if self.since.is_some_and(|since| since < AT_VERDICT) {
+            let steps = self.demands_n.iter().zip(demands()).map(|(a, b)| (b - a).abs());
+            self.largest_step_n = steps.fold(self.largest_step_n, f64::max);
+        }
+        self.demands_n.clear();
+        self.demands_n.extend(demands());
+        self.since = self.since.map(|since| since + 1);
+        let entry = |values: &[Option<f64>]| values.get(self.gage).copied().flatten();
+        match readings.source.get(self.gage) {
+            Some(ReadingSource::Replaced) => {
+                self.since.get_or_insert(0);
+            }
+            Some(ReadingSource::NotValid) if self.since.is_some() => {
+                self.not_valid += 1.0;
+                return;
+            }
+            _ => return,
+        }
+        let ends = entry(&readings.low_m).zip(entry(&readings.high_m));
+        let Some((reading_m, (low_m, high_m))) = entry(&readings.elongations_m).zip(ends) else {
+            return;
+        };
+        let true_m = signals.modules[self.module].true_elongations_m[self.gage];
+        self.steps += 1.0;
+        self.squares_m2 += (reading_m - true_m).powi(2);
+        self.covered += f64::from(u8::from((low_m..=high_m).contains(&true_m)));
+        self.half_width_m += 0.5 * (high_m - low_m);
+    }
+
+    fn finish(&self, length_m: f64) -> Option<CorrectedError> {
+        (self.steps > 0.0).then(|| CorrectedError {
+            rms_strain: (self.squares_m2 / self.steps).sqrt() / length_m,
+            covered: self.covered / self.steps,
+            half_width_strain: self.half_width_m / self.steps / length_m,
+            not_valid: self.not_valid / (self.steps + self.not_valid),
+        })
+    }
+}

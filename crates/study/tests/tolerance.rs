@@ -1,0 +1,76 @@
+//! Corrected readings in the closed loop, on a plant that differs from its description by a tenth.
+
+use crate::identification::PLANT;
+use diagnosis::{GivenOrder, GivenOrderKind};
+use study::{Rig, TimedFault};
+use vocabulary::{ReadingSource, RunId, Step, fault::Fault};
+
+const ONSET: Step = Step(7000);
+const GAGE: &str = "module1/sensor/g1";
+/// A hundred microstrain of its member.
+const BIAS_M: f64 = 300e-6;
+
+/// The plant whose gage has a bias until this step.
+fn rig(until: Option<Step>) -> Rig {
+    let (site, setups) = &*PLANT;
+    let fault = Fault::Bias { offset_m: BIAS_M };
+    let fault = TimedFault { at: ONSET, until, component: GAGE.parse().unwrap(), fault };
+    let mut rig = Rig::new(site.plant(5).unwrap(), setups.clone(), vec![fault], RunId(5)).unwrap();
+    rig.correct();
+    rig
+}
+
+/// Elongation, interval and source of the gage; its own reading and the true elongation.
+fn gage(rig: &Rig) -> ([f64; 3], ReadingSource, [f64; 2]) {
+    let readings = rig.corrected(0).unwrap();
+    let values = [&readings.elongations_m, &readings.low_m, &readings.high_m];
+    let truth = rig.plant().signals().modules[0].true_elongations_m[0];
+    let own = rig.samples()[0].elongations_m[0];
+    (values.map(|all| all[0].unwrap_or(f64::NAN)), readings.source[0], [own, truth])
+}
+
+#[test]
+fn a_faulty_gage_is_replaced_until_its_reset_and_the_controller_does_not_notice() {
+    let mut rig = rig(Some(Step(12_000)));
+    rig.run(ONSET.0).unwrap();
+    let mut quiet = rig.clone().without_faults_of(&GAGE.parse().unwrap());
+    let (mut replaced, mut covered, mut squares, mut largest_n) = (0, 0, 0.0, 0.0_f64);
+    for _ in 0..5000 {
+        rig.step().unwrap();
+        quiet.step().unwrap();
+        let ([reading_m, low_m, high_m], source, [own_m, truth_m]) = gage(&rig);
+        let demands = rig.samples().iter().zip(quiet.samples());
+        let apart = demands.flat_map(|(a, b)| a.demands_n.iter().zip(&b.demands_n));
+        let apart = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        match source {
+            ReadingSource::Own => {
+                assert_eq!((reading_m, replaced), (own_m, 0));
+                assert!(rig.plant().next_step() < ONSET.plus(100), "not found");
+            }
+            ReadingSource::Replaced => {
+                replaced += 1;
+                covered += u32::from((low_m..=high_m).contains(&truth_m));
+                squares += (reading_m - truth_m).powi(2);
+            }
+            ReadingSource::NotValid => panic!("at step {}", rig.plant().next_step()),
+        }
+        if replaced > 1000 {
+            largest_n = largest_n.max(apart);
+        }
+    }
+    let rms_m = (squares / f64::from(replaced)).sqrt();
+    assert!(rms_m < 0.01 * BIAS_M, "{rms_m}");
+    assert!(f64::from(covered) > 0.8 * f64::from(replaced), "{covered} of {replaced}");
+    assert!(largest_n < 2e3, "demands differ by {largest_n} N from those without the fault");
+
+    // The fault leaves the interval.
+    rig.run(6000).unwrap();
+    let order = |kind| GivenOrder { kind, by: "ada".into(), on_behalf_of: None, note: None };
+    let component = || "sensor/g1".parse().unwrap();
+    for kind in [GivenOrderKind::Acknowledge, GivenOrderKind::Reset { force: false }] {
+        assert_eq!(rig.order(0, component(), order(kind)), None);
+    }
+    rig.run(2).unwrap();
+    let ([reading_m, ..], source, [own_m, _]) = gage(&rig);
+    assert_eq!((source, reading_m), (ReadingSource::Own, own_m));
+}
