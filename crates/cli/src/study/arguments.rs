@@ -296,7 +296,7 @@ pub(super) struct ToleranceArguments {
     #[arg(long, default_value = "40", value_name = "N")]
     pub(super) cases: NonZeroU64,
     /// Only faults of this kind
-    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
+    #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::kinds(), FaultKind::as_str))]
     pub(super) kind: Option<FaultKind>,
     /// Only faults in this situation
     #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::SITUATIONS, Situation::as_str))]
@@ -357,12 +357,15 @@ fn within(text: &str, range: RangeInclusive<f64>) -> Result<f64, String> {
 }
 
 /// Reads one of these by its name.
-fn named<T: Copy + Send + Sync + 'static, const N: usize>(
-    all: [T; N],
+fn named<T: Copy + Send + Sync + 'static>(
+    all: impl Into<Vec<T>>,
     name: fn(T) -> &'static str,
 ) -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(all.map(name))
-        .try_map(move |given| all.into_iter().find(|one| name(*one) == given).ok_or("no such name"))
+    let all: Vec<T> = all.into();
+    let names: Vec<&str> = all.iter().map(|one| name(*one)).collect();
+    PossibleValuesParser::new(names).try_map(move |given| {
+        all.iter().copied().find(|one| name(*one) == given).ok_or("no such name")
+    })
 }
 
 /// Reads the name of a set of situations or of one.

@@ -1,10 +1,8 @@
 //! The motion of the structure and the work of its cylinders in a run.
 
 use truss::Structure;
-use vocabulary::{Component, ComponentPath};
 
 use crate::rig::Rig;
-use crate::system::gage_length_m;
 
 /// The spread of a value about its mean, and how far it gets from it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -75,13 +73,8 @@ pub(super) struct CourseFollower {
 
 impl CourseFollower {
     pub(super) fn new(structure: &Structure) -> Self {
-        let gages = structure.equipped().flat_map(|module| {
-            module.gages.iter().map(|gage| {
-                let component = Component::Sensor(gage.name.clone());
-                ComponentPath { module: module.name.clone(), component }
-            })
-        });
-        let lengths_m: Vec<f64> = gages.map(|gage| gage_length_m(structure, &gage)).collect();
+        let gages = structure.equipped().flat_map(|module| &module.gages);
+        let lengths_m: Vec<f64> = gages.map(|gage| structure.gage_length_m(gage)).collect();
         let strains = vec![Motion::default(); lengths_m.len()];
         Self { tops: Vec::new(), strains, forces: Vec::new(), lengths_m }
     }

@@ -100,6 +100,12 @@ impl ToleranceCampaign {
     /// The situations.
     pub const SITUATIONS: [Situation; 3] =
         [Situation::Alone, Situation::DuringHardOver, Situation::FromTheStart];
+
+    /// The kinds: those of gages.
+    #[must_use]
+    pub fn kinds() -> Vec<FaultKind> {
+        FaultKind::ALL.into_iter().filter(is_of_gage).collect()
+    }
 }
 
 /// The fault of a case.
@@ -144,7 +150,7 @@ impl Campaign for ToleranceCampaign {
     ) -> Result<CampaignCase<ToleranceTask>, StudyError> {
         let mut draw = Draw::new(&self.system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
-        let of_gages: Vec<FaultKind> = FaultKind::ALL.into_iter().filter(is_of_gage).collect();
+        let of_gages = Self::kinds();
         let kinds = of_gages.len() as u64;
         let turn = (number % kinds) as usize;
         let kind = self.kind.unwrap_or(of_gages[turn]);
