@@ -47,7 +47,7 @@ fn header(campaign: &impl Campaign, shard: Option<Shard>) -> CampaignHeader {
     CampaignHeader::new(json!({"seed": 5}), campaign, shard.map(|shard| shard.to_string()))
 }
 
-/// Runs what is missing of these cases with a journal, and stops after so many.
+/// Runs what is missing of these cases with a journal, and stops after so many. A shard has one job, other runs have two.
 fn run<C: Campaign>(campaign: &C, directory: &Path, shard: Option<Shard>, stop_after: u64) -> u64 {
     let (mut journal, mut done) =
         CampaignJournal::open::<C::Row>(directory, &header(campaign, shard)).unwrap();
@@ -55,7 +55,8 @@ fn run<C: Campaign>(campaign: &C, directory: &Path, shard: Option<Shard>, stop_a
     let cases = shard.map_or(0..all, |shard| shard.cases(all));
     let stop_at = cases.start.saturating_add(before).saturating_add(stop_after);
     let cases = cases.start..cases.end.min(stop_at);
-    tower::engine(2).run(campaign, cases, &mut done, Some(&mut journal)).unwrap();
+    let jobs = if shard.is_some() { 1 } else { 2 };
+    tower::engine(jobs).run(campaign, cases, &mut done, Some(&mut journal)).unwrap();
     done.rows.len() as u64 - before
 }
 
