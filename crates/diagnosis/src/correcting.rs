@@ -4,14 +4,16 @@
 //! Readings are computed only when they are asked for; beside that, something is done only when the verdict on a gage
 //! changes.
 //!
-//! A reconstruction is off by what weather and loads do to the other gages. What it was off before the onset is taken off:
-//! the offset. That of the peers' forces is known once they have answered what they measured then; until then, and while a
-//! peer is silent, the gage follows from the module's own values alone.
+//! Weather and loads that the reference does not know give a reconstruction an error, which is nearly constant. Its value
+//! before the onset is taken off: the offset. That of the peers' forces is known once they have answered what they measured
+//! then; until then, and while a peer is silent, the gage follows from the module's own values alone.
+//!
+//! How large the rest of the error is now, the healthy gages tell: each is reconstructed like the lost ones.
 
 use std::sync::Arc;
 
 use vocabulary::{
-    ModuleName, ReadingSource, Readings, StateAnswer, StateQuestion, Step, WindowMeans,
+    CorrectedReadings, ModuleName, ReadingSource, StateAnswer, StateQuestion, Step, WindowMeans,
 };
 
 use crate::channels::{ChannelLayout, Channels};
@@ -30,26 +32,35 @@ const FRESH_S: f64 = 0.05;
 /// Two-sided 95 % of the standard normal distribution.
 const NORMAL_95: f64 = 1.96;
 
+/// So many of the latest short windows tell how large the error is; at first, the reference counts as so many.
+const LATEST_WINDOWS: f64 = 20.0;
+const REFERENCE_WINDOWS: f64 = 5.0;
+/// No reading is given while the error's variance is so many times that of the reference.
+const LARGEST_RATIO: f64 = 100.0;
+
 /// From what a gage is reconstructed.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-struct Rule {
+struct Replacement {
     known: Reconstruction,
     /// What is added \[m\]; `None` if nothing is known of before the onset.
     offset_m: Option<f64>,
-    /// Root mean square of what it is off, without an offset and with one \[m\].
+    /// Root mean square error in the reference, without an offset and with one \[m\].
     error_m: [f64; 2],
 }
 
-impl Rule {
-    /// The residual \[m\], and the variance of what it is off \[m²\].
-    fn residual_m(&self, value: impl Fn(usize) -> f64, noise: &ReconstructionNoise) -> (f64, f64) {
-        let [plain_m, held_m] = self.error_m;
-        let error_m = self.offset_m.map_or(plain_m, |_| held_m);
-        let residual_m = self.known.residual_m(value) + self.offset_m.unwrap_or(0.0);
-        (residual_m, error_m * error_m + self.known.noise_m2(noise))
+impl Replacement {
+    /// What the residual should be \[m\].
+    fn residual_m(&self, value: impl Fn(usize) -> f64) -> f64 {
+        self.known.residual_m(value) + self.offset_m.unwrap_or(0.0)
     }
 
-    /// Continues where a former rule was, or where the gage itself was, by what was measured before the onset.
+    /// Variance of its error in the reference \[m²\].
+    fn error_m2(&self) -> f64 {
+        let [plain_m, held_m] = self.error_m;
+        self.offset_m.map_or(plain_m, |_| held_m).powi(2)
+    }
+
+    /// Continues where a former replacement was, or where the gage itself was, by what was measured before the onset.
     fn hold(&mut self, former: Option<&Self>, gage: usize, before: &[f64]) {
         let value = |place: usize| before[place];
         let was = match former {
@@ -61,23 +72,35 @@ impl Rule {
     }
 }
 
-/// What a lost gage is reconstructed from: the module's own values; and its peers' forces too.
+/// What a gage is reconstructed from: the module's own values; and its peers' forces too.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-struct Rules {
-    alone: Rule,
-    with_peers: Rule,
+struct Replacements {
+    alone: Replacement,
+    with_peers: Replacement,
+}
+
+impl Replacements {
+    /// Peers' forces serve if they are heard, unless the offset is known only without them.
+    fn best(&self, hears_all: bool) -> &Replacement {
+        let has_offset = |one: &Replacement| one.offset_m.is_some();
+        if hears_all && (has_offset(&self.with_peers) || !has_offset(&self.alone)) {
+            &self.with_peers
+        } else {
+            &self.alone
+        }
+    }
 }
 
 /// What was measured before the latest onset, as far as it is known.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Before {
     windows: Vec<Step>,
-    /// The values of the reference; NaN while unknown.
+    /// In the order of the reference; NaN while unknown.
     values: Vec<f64>,
     /// Peers' windows: whose, which, its forces \[N\].
     answers: Vec<(ModuleName, Step, Vec<f64>)>,
-    /// By gage, the rule with peers that was followed until then.
-    former: Vec<Option<Rule>>,
+    /// By gage that was lost before, the replacement with peers that was followed until then.
+    former: Vec<Option<Replacement>>,
 }
 
 /// The gages whose readings are replaced, and by what.
@@ -90,9 +113,14 @@ pub(crate) struct Correcting {
     reference: Option<Arc<Reference>>,
     /// By gage: is it lost?
     lost: Vec<bool>,
-    /// By gage, if it is lost and can be reconstructed.
-    rules: Vec<Option<Rules>>,
+    /// By gage, if any is lost and this one can be reconstructed.
+    replacements: Vec<Option<Replacements>>,
     before: Option<Before>,
+    /// The variance of the healthy gages' errors over that of the reference, and from how many short windows it is known.
+    error_ratio: f64,
+    windows: f64,
+    /// The latest of them.
+    noted: Option<Step>,
     /// The number that the next transition had when that was decided.
     decided: u64,
     /// The latest forces of each peer that the reference knows, with their step \[N\].
@@ -110,8 +138,11 @@ impl Correcting {
             heard: vec![None; reference.as_ref().map_or(0, |known| known.peers().count())],
             reference,
             lost: vec![false; layout.gages],
-            rules: vec![None; layout.gages],
+            replacements: vec![None; layout.gages],
             before: None,
+            error_ratio: 1.0,
+            windows: REFERENCE_WINDOWS,
+            noted: None,
             decided: 0,
         }
     }
@@ -119,7 +150,7 @@ impl Correcting {
     /// A run begins: nothing is known of before.
     pub(crate) fn restart(&mut self) {
         self.lost.fill(false);
-        self.rules.fill(None);
+        self.replacements.fill(None);
         self.before = None;
         self.heard.fill(None);
         self.decided = 0;
@@ -130,17 +161,25 @@ impl Correcting {
         self.lost.contains(&true)
     }
 
-    /// Takes a peer's forces at a step of the present run.
-    pub(crate) fn hear(&mut self, peer: &ModuleName, step: Step, forces_n: &[f64]) {
-        let Some(reference) = &self.reference else { return };
-        let Some(place) = reference.peers().position(|known| known == peer) else { return };
-        if reference.forces_of(peer).count() == forces_n.len() {
-            self.heard[place] = Some((step, forces_n.to_vec()));
+    /// Takes a peer's forces at a step of the present run; false if they are not those that the reference knows.
+    pub(crate) fn hear(&mut self, peer: &ModuleName, step: Step, forces_n: &[f64]) -> bool {
+        let Some(reference) = &self.reference else { return true };
+        let Some(place) = reference.peers().position(|known| known == peer) else { return true };
+        let fits = reference.forces_of(peer).count() == forces_n.len();
+        if fits {
+            let (of, heard_n) = self.heard[place].get_or_insert_default();
+            *of = step;
+            heard_n.clear();
+            heard_n.extend_from_slice(forces_n);
         }
+        fits
     }
 
-    /// Follows the verdicts on gages.
+    /// Follows the verdicts on gages, and how large errors are.
     pub(crate) fn follow(&mut self, ledger: &Ledger, handling: &mut Handling<'_>) {
+        if self.replaces_any() {
+            self.note_errors(handling.channels);
+        }
         if self.decided == ledger.next_sequence() {
             return;
         }
@@ -157,28 +196,32 @@ impl Correcting {
         };
         let newly = (0..lost.len()).filter(|gage| lost[*gage] && !self.lost[*gage]);
         let before = newly.filter_map(onset).min();
-        let rules = self.all_rules(&lost);
-        let former = std::mem::replace(&mut self.rules, rules);
-        self.lost = lost;
+        let replacements = self.all_replacements(&lost);
+        let mut former = std::mem::replace(&mut self.replacements, replacements);
+        let was_lost = std::mem::replace(&mut self.lost, lost);
+        (self.error_ratio, self.windows, self.noted) = (1.0, REFERENCE_WINDOWS, None);
         self.before = before.and_then(|onset| self.values_before(handling.channels, onset));
-        for (gage, (rules, former)) in self.rules.iter_mut().zip(&former).enumerate() {
-            let Some(rules) = rules else { continue };
+        for (gage, (replacements, former)) in
+            self.replacements.iter_mut().zip(&mut former).enumerate()
+        {
+            let Some(replacements) = replacements else { continue };
             match &self.before {
                 Some(Before { values, .. }) => {
-                    rules.alone.hold(former.as_ref().map(|rules| &rules.alone), gage, values);
-                    rules.with_peers.hold(None, gage, values);
+                    former.take_if(|_| !was_lost[gage]);
+                    let former = former.as_ref().map(|former| &former.alone);
+                    replacements.alone.hold(former, gage, values);
+                    replacements.with_peers.hold(None, gage, values);
                 }
                 // A gage was reset, or nothing is known of before: what is known of the others stays.
                 None => {
                     let Some(former) = former else { continue };
-                    rules.alone.offset_m = former.alone.offset_m;
-                    rules.with_peers.offset_m = former.with_peers.offset_m;
+                    replacements.alone.offset_m = former.alone.offset_m;
+                    replacements.with_peers.offset_m = former.with_peers.offset_m;
                 }
             }
         }
         let Some(before) = &mut self.before else { return };
-        before.former =
-            former.into_iter().map(|rules| rules.map(|rules| rules.with_peers)).collect();
+        before.former = former.into_iter().map(|former| Some(former?.with_peers)).collect();
         let peers = self.reference.iter().flat_map(|reference| reference.peers());
         for peer in peers {
             for as_of in &before.windows {
@@ -224,39 +267,49 @@ impl Correcting {
             }
             place += forces;
         }
-        let rules = self.rules.iter_mut().zip(&before.former).enumerate();
-        for (gage, (rules, former)) in rules {
-            let Some(rules) = rules else { continue };
-            rules.with_peers.hold(former.as_ref(), gage, &before.values);
+        let replacements = self.replacements.iter_mut().zip(&before.former).enumerate();
+        for (gage, (replacements, former)) in replacements {
+            let Some(replacements) = replacements else { continue };
+            replacements.with_peers.hold(former.as_ref(), gage, &before.values);
         }
     }
 
-    fn all_rules(&self, lost: &[bool]) -> Vec<Option<Rules>> {
-        let rules = |gage: usize| {
+    fn all_replacements(&self, lost: &[bool]) -> Vec<Option<Replacements>> {
+        let replacements = |gage: usize| {
             let error = *self.reference.as_ref()?.reconstructions.get(gage)?;
             let ReconstructionError { alone_m, alone_held_m, with_peers_m, with_peers_held_m } =
                 error;
-            Some(Rules {
-                alone: self.rule(gage, lost, false, [alone_m, alone_held_m])?,
-                with_peers: self.rule(gage, lost, true, [with_peers_m, with_peers_held_m])?,
+            Some(Replacements {
+                alone: self.replacement(gage, lost, false, [alone_m, alone_held_m])?,
+                with_peers: self.replacement(
+                    gage,
+                    lost,
+                    true,
+                    [with_peers_m, with_peers_held_m],
+                )?,
             })
         };
-        (0..lost.len()).map(|gage| lost[gage].then(|| rules(gage))?).collect()
+        let any = lost.contains(&true);
+        (0..lost.len()).map(|gage| any.then(|| replacements(gage))?).collect()
     }
 
     /// How a gage follows from those that are not lost. `error_m` is known if it alone is; without others it grows as the
     /// Gaussian says.
-    fn rule(
+    fn replacement(
         &self,
         gage: usize,
         lost: &[bool],
         with_peers: bool,
         error_m: [f64; 2],
-    ) -> Option<Rule> {
+    ) -> Option<Replacement> {
         let known = self.reconstruction(gage, |other| lost[other], with_peers)?;
         let least = self.reconstruction(gage, |_| false, with_peers)?;
         let growth = (known.deviation_m / least.deviation_m).max(1.0);
-        Some(Rule { known, offset_m: None, error_m: error_m.map(|error_m| growth * error_m) })
+        Some(Replacement {
+            known,
+            offset_m: None,
+            error_m: error_m.map(|error_m| growth * error_m),
+        })
     }
 
     fn reconstruction(
@@ -273,7 +326,7 @@ impl Correcting {
         Reconstruction::new(&reference.short.means, gage, &from, &self.noise)
     }
 
-    /// The values of the reference over the windows before a step; NaN of what is not the module's own.
+    /// The module's own values over the windows before a step, at their places in the reference; NaN at the others.
     fn values_before(&self, channels: &Channels, onset: Step) -> Option<Before> {
         let reference = self.reference.as_ref()?;
         let latest = onset.minus(self.sampling.steps(BEFORE_ONSET_S));
@@ -299,14 +352,44 @@ impl Correcting {
         })
     }
 
+    /// Notes the errors of healthy gages over the latest short window, once.
+    fn note_errors(&mut self, channels: &Channels) {
+        let Some(window) = channels.windows_latest_first(WindowLength::Short).next() else {
+            return;
+        };
+        if self.noted == Some(window.until) {
+            return;
+        }
+        self.noted = Some(window.until);
+        let gages = window.gages.iter();
+        let gages: Vec<f64> =
+            gages.map(|gage| gage.as_ref().map_or(f64::NAN, |means| means.residual_m)).collect();
+        let forces = window.cylinders.iter();
+        let forces: Vec<f64> =
+            forces.map(|one| one.as_ref().map_or(f64::NAN, |means| means.force_n)).collect();
+        let healthy = (0..gages.len()).filter(|gage| !self.lost[*gage]);
+        let ratios = healthy.filter_map(|gage| {
+            let replacement = self.replacements[gage].as_ref()?.best(self.hears_all(window.until));
+            let value = |place: usize| self.value(place, &gages, &forces);
+            let error_m = gages[gage] - replacement.residual_m(value);
+            error_m.is_finite().then(|| error_m * error_m / replacement.error_m2())
+        });
+        let (sum, count) =
+            ratios.fold((0.0, 0.0), |(sum, count), ratio| (sum + ratio, count + 1.0));
+        if count > 0.0 {
+            self.windows = (self.windows + 1.0).min(LATEST_WINDOWS);
+            self.error_ratio += (sum / count - self.error_ratio) / self.windows;
+        }
+    }
+
     /// Writes what each gage reads, or should.
-    pub(crate) fn write(&self, channels: &Channels, now: Step, readings: &mut Readings) {
+    pub(crate) fn write(&self, channels: &Channels, now: Step, readings: &mut CorrectedReadings) {
         readings.clear();
         for (gage, reading_m) in channels.readings_m().iter().enumerate() {
             if self.lost[gage] {
                 let known = self.replaced(gage, channels, now);
-                let (reading_m, off_m) = known.unwrap_or((f64::NAN, f64::NAN));
-                readings.push(reading_m, off_m, ReadingSource::Replaced);
+                let (reading_m, error_m) = known.unwrap_or((f64::NAN, f64::NAN));
+                readings.push(reading_m, error_m, ReadingSource::Replaced);
             } else {
                 let noise_m = self.noise.gages_m2.get(gage).map_or(f64::NAN, |noise| noise.sqrt());
                 readings.push(*reading_m, NORMAL_95 * noise_m, ReadingSource::Own);
@@ -314,21 +397,25 @@ impl Correcting {
         }
     }
 
-    /// What a lost gage should read, and how far that may be off \[m\]. None beyond the forces that the reference has seen.
+    /// What a lost gage should read, and half the width of its 95 % interval \[m\]. None if a force is beyond those that the
+    /// reference has seen, or the healthy gages' errors are beyond all that it knows.
     fn replaced(&self, gage: usize, channels: &Channels, now: Step) -> Option<(f64, f64)> {
-        let (reference, rules) = (self.reference.as_ref()?, self.rules[gage].as_ref()?);
+        let (reference, replacements) =
+            (self.reference.as_ref()?, self.replacements[gage].as_ref()?);
         let (residuals, forces_n) = channels.measured();
         let residuals = residuals.get(self.layout.actuators..)?;
-        let ranges = reference.forces.iter().zip(forces_n);
-        if !ranges.into_iter().all(|(range, force_n)| range.has_seen(*force_n)) {
+        let replacement = replacements.best(self.hears_all(now));
+        let value = |place: usize| self.value(place, residuals, forces_n);
+        let gages = reference.gages.len();
+        let mut forces = replacement.known.places().filter_map(|place| place.checked_sub(gages));
+        let all_seen = forces.all(|force| reference.forces[force].has_seen(value(gages + force)));
+        if !all_seen || self.error_ratio > LARGEST_RATIO {
             return None;
         }
-        let with_peers = self.hears_all(now)
-            && (rules.with_peers.offset_m.is_some() || rules.alone.offset_m.is_none());
-        let rule = if with_peers { &rules.with_peers } else { &rules.alone };
-        let value = |place: usize| self.value(place, residuals, forces_n);
-        let (residual_m, off_m2) = rule.residual_m(value, &self.noise);
-        Some((channels.modelled_m()?[gage] + residual_m, NORMAL_95 * off_m2.sqrt()))
+        let error_m2 =
+            self.error_ratio * replacement.error_m2() + replacement.known.noise_m2(&self.noise);
+        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(value);
+        Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
 
     /// A value of the reference at the latest sample.

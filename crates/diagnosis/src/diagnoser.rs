@@ -20,7 +20,9 @@ use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
-use vocabulary::{Counters, Evidence, PastWatch, Readings, StateAnswer, StateQuestion, Verdict};
+use vocabulary::{
+    CorrectedReadings, Counters, Evidence, PastWatch, StateAnswer, StateQuestion, Verdict,
+};
 
 /// The state that survives a restart. The shell stores it and passes it to
 /// [`Diagnoser::recall`] before the first event.
@@ -290,9 +292,12 @@ impl Diagnoser {
         self.channels.window(length)
     }
 
-    /// Takes a peer's forces at a step of the present run \[N\], with which faulty gages are replaced more precisely.
-    pub fn take_forces(&mut self, peer: &ModuleName, step: Step, forces_n: &[f64]) {
-        self.correcting.hear(peer, step, forces_n);
+    /// Takes a peer's forces at a step of the present run \[N\], with which faulty gages are replaced more precisely. Counts
+    /// those that do not fit the reference and returns false.
+    pub fn take_forces(&mut self, peer: &ModuleName, step: Step, forces_n: &[f64]) -> bool {
+        let fits = self.correcting.hear(peer, step, forces_n);
+        self.counters.answers_malformed += u64::from(!fits);
+        fits
     }
 
     /// Is the reading of any gage replaced, or to be?
@@ -302,7 +307,7 @@ impl Diagnoser {
     }
 
     /// Writes what each gage reads at the latest step, or should read if it is faulty.
-    pub fn write_readings(&self, readings: &mut Readings) {
+    pub fn write_readings(&self, readings: &mut CorrectedReadings) {
         let now = self.last_step().unwrap_or_default();
         self.correcting.write(&self.channels, now, readings);
     }

@@ -155,8 +155,7 @@ const MEAN_S: f64 = 0.5;
 /// From when on innovations are limited: the filter has found its state \[s\].
 const LIMITED_FROM_S: f64 = 2.0;
 
-/// A limit of what a reading may differ from its prediction, about the mean of what it differs anyway: a reading that is
-/// wrong moves the estimate no more than a small disturbance does.
+/// Limits innovations about their running means: a wrong reading moves the estimate no more than a small disturbance does.
 #[derive(Debug, Clone)]
 pub(crate) struct InnovationLimit {
     largest_m: Vec<f64>,

@@ -153,7 +153,7 @@ impl Plant {
         Ok(self.next_step.plus(steps).minus(1))
     }
 
-    /// Gives the controller this in place of what a gage reads \[m\], or its reading again; effective from the next
+    /// Replaces a gage's reading in the controller's input by an elongation \[m\], or ends that; effective from the next
     /// [`Plant::advance`].
     ///
     /// # Errors

@@ -167,14 +167,17 @@ impl DiagnoserGroup {
         }
     }
 
-    /// Gives each diagnoser the latest forces of its peers.
+    /// Gives each diagnoser that replaces a gage the latest forces of its peers.
     pub(crate) fn exchange_forces(&mut self) {
+        let mut forces_n = Vec::new();
         for place in 0..self.diagnosers.len() {
             let Some(step) = self.diagnosers[place].last_step() else { continue };
-            let (module, forces_n) =
-                (self.setups[place].module.clone(), self.diagnosers[place].forces_n().to_vec());
-            for other in (0..self.diagnosers.len()).filter(|other| *other != place) {
-                self.diagnosers[other].take_forces(&module, step, &forces_n);
+            forces_n.clear();
+            forces_n.extend_from_slice(self.diagnosers[place].forces_n());
+            for (other, diagnoser) in self.diagnosers.iter_mut().enumerate() {
+                if other != place && diagnoser.replaces_any() {
+                    diagnoser.take_forces(&self.setups[place].module, step, &forces_n);
+                }
             }
         }
     }

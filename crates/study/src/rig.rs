@@ -7,7 +7,7 @@ use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
 use vocabulary::{
-    Change, Component, ComponentPath, ModuleName, ReadingSource, Readings, RunId, Step,
+    Change, Component, ComponentPath, CorrectedReadings, ModuleName, ReadingSource, RunId, Step,
     fault::{Fault, FaultKind},
 };
 
@@ -73,7 +73,7 @@ pub struct Rig {
     kept: VecDeque<Vec<Measurements>>,
     keep: usize,
     /// The corrected readings of each module, if the controller is given them.
-    corrected: Option<Vec<Readings>>,
+    corrected: Option<Vec<CorrectedReadings>>,
 }
 
 impl Rig {
@@ -132,7 +132,7 @@ impl Rig {
 
     /// From now on the controller is given the corrected reading of each gage that is declared faulty, a step later.
     pub fn correct(&mut self) {
-        self.corrected = Some(vec![Readings::default(); self.diagnosers().len()]);
+        self.corrected = Some(vec![CorrectedReadings::default(); self.diagnosers().len()]);
     }
 
     /// Limits the innovations of the controller, see [`Plant::limit_innovations`].
@@ -142,7 +142,7 @@ impl Rig {
 
     /// The corrected readings of a module, by its index, at the latest step, if the controller is given them.
     #[must_use]
-    pub fn corrected(&self, place: usize) -> Option<&Readings> {
+    pub fn corrected(&self, place: usize) -> Option<&CorrectedReadings> {
         self.corrected.as_ref()?.get(place)
     }
 

@@ -10,12 +10,13 @@ const GAGE: &str = "module1/sensor/g1";
 /// A hundred microstrain of its member.
 const BIAS_M: f64 = 300e-6;
 
-/// The plant whose gage has a bias until this step.
-fn rig(until: Option<Step>) -> Rig {
+/// The plant whose gage has a bias until this step, and these other faults.
+fn rig(until: Option<Step>, others: &[TimedFault]) -> Rig {
     let (site, setups) = &*PLANT;
     let fault = Fault::Bias { offset_m: BIAS_M };
     let fault = TimedFault { at: ONSET, until, component: GAGE.parse().unwrap(), fault };
-    let mut rig = Rig::new(site.plant(5).unwrap(), setups.clone(), vec![fault], RunId(5)).unwrap();
+    let faults = [&[fault], others].concat();
+    let mut rig = Rig::new(site.plant(5).unwrap(), setups.clone(), faults, RunId(5)).unwrap();
     rig.correct();
     rig
 }
@@ -29,9 +30,32 @@ fn gage(rig: &Rig) -> ([f64; 3], ReadingSource, [f64; 2]) {
     (values.map(|all| all[0].unwrap_or(f64::NAN)), readings.source[0], [own, truth])
 }
 
+/// A reading is given and within its interval in this share of the steps.
+fn covered(rig: &mut Rig, steps: u64) -> f64 {
+    let is_covered = |_| {
+        rig.step().unwrap();
+        let ([_, low_m, high_m], source, [_, truth_m]) = gage(rig);
+        assert_eq!(source, ReadingSource::Replaced, "at step {}", rig.plant().next_step());
+        u32::from((low_m..=high_m).contains(&truth_m))
+    };
+    f64::from((0..steps).map(is_covered).sum::<u32>()) / steps as f64
+}
+
+#[test]
+fn the_interval_holds_while_a_cylinder_of_the_other_module_is_hard_over() {
+    let (at, component) = (ONSET.plus(2100), "module2/actuator/a1".parse().unwrap());
+    let hard_over = TimedFault { at, until: None, component, fault: Fault::HardOver {} };
+    let mut rig = rig(None, &[hard_over]);
+    rig.run(ONSET.0 + 100).unwrap();
+    for steps in [2000, 4000] {
+        let share = covered(&mut rig, steps);
+        assert!(share > 0.85, "{share} in {steps} steps");
+    }
+}
+
 #[test]
 fn a_faulty_gage_is_replaced_until_its_reset_and_the_controller_does_not_notice() {
-    let mut rig = rig(Some(Step(12_000)));
+    let mut rig = rig(Some(Step(12_000)), &[]);
     rig.run(ONSET.0).unwrap();
     let mut quiet = rig.clone().without_faults_of(&GAGE.parse().unwrap());
     let (mut replaced, mut covered, mut squares, mut largest_n) = (0, 0, 0.0, 0.0_f64);

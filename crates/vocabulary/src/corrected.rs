@@ -21,7 +21,7 @@ pub struct Corrected {
     pub time_unix_ns: u64,
     /// What the gages read, or should.
     #[serde(flatten)]
-    pub readings: Readings,
+    pub readings: CorrectedReadings,
     /// Observed force of each actuator (eq. 8) \[N\]; `null` while a pressure is missing.
     pub forces_n: Vec<Option<f64>>,
 }
@@ -32,7 +32,7 @@ impl Message for Corrected {
 
 /// The readings of a module's gages at one step, in the order of its samples.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
-pub struct Readings {
+pub struct CorrectedReadings {
     /// Elongation \[m\]: of a healthy gage its own reading, of a faulty one what it should read; `null` where `source` is
     /// `not_valid`.
     pub elongations_m: Vec<Option<f64>>,
@@ -56,7 +56,7 @@ pub enum ReadingSource {
     NotValid,
 }
 
-impl Readings {
+impl CorrectedReadings {
     /// Has no entries.
     pub fn clear(&mut self) {
         let Self { elongations_m, low_m, high_m, source } = self;

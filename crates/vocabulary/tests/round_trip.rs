@@ -9,12 +9,12 @@ use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use vocabulary::{
     ActuatorFault, Alarm, Candidate, Change, ChangeReport, Channel, Component, Condition,
-    Corrected, CylinderMeans, DecodeError, Divergences, Doubt, Evidence, FaultSize, FaultState,
-    FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage, Identification,
-    IdentifiedKind, Injected, Injection, JournalStatus, Key, Message, ModuleName, ModulePhase,
-    ModuleStatus, Obeyed, Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase,
-    PlantStatus, PresentFault, Progress, ReadingSource, Readings, Refused, RunId, Sample, Shelving,
-    Signature, SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun,
+    Corrected, CorrectedReadings, CylinderMeans, DecodeError, Divergences, Doubt, Evidence,
+    FaultSize, FaultState, FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage,
+    Identification, IdentifiedKind, Injected, Injection, JournalStatus, Key, Message, ModuleName,
+    ModulePhase, ModuleStatus, Obeyed, Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange,
+    PlantPhase, PlantStatus, PresentFault, Progress, ReadingSource, Refused, RunId, Sample,
+    Shelving, Signature, SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun,
     StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode,
     encode,
     fault::{Fault, FaultKind},
@@ -371,7 +371,7 @@ fn events_are_read_back() {
         }],
     };
     assert_eq!(back(&divergences), divergences);
-    let mut readings = Readings::default();
+    let mut readings = CorrectedReadings::default();
     readings.push(1e-6, 1e-7, ReadingSource::Own);
     readings.push(f64::NAN, 1e-7, ReadingSource::Replaced);
     assert_eq!(readings.source, [ReadingSource::Own, ReadingSource::NotValid]);

@@ -18,8 +18,9 @@ const ONSET: Step = Step(6000);
 const OFFSET_M: f64 = 6e-5;
 /// Steps of the run; all is said some time before its end.
 const STEPS: u64 = 9000;
-/// Half of the interval with the peers' forces at most, and at least without them.
-const NARROW_M: f64 = 3.5e-6;
+/// By which the interval narrows from one step to the next with the peer's forces; the healthy gages' errors, which are
+/// averaged over windows, change it by a tenth at most.
+const AT_ONCE: f64 = 0.85;
 
 async fn subscribe<M: Message + Send + 'static>(
     observer: &Session,
@@ -59,7 +60,7 @@ async fn a_faulty_gage_is_replaced_over_the_network() {
     let plant = rig.start_plant();
 
     let mut own = BTreeMap::new();
-    let (mut before, mut replaced, mut half_m) = (0, 0, f64::NAN);
+    let (mut before, mut replaced, mut half_m, mut least) = (0, 0, f64::NAN, 1.0);
     in_time("the end of the run", async {
         loop {
             let Corrected { step, readings, forces_n, .. } = corrected.recv().await.unwrap();
@@ -81,7 +82,9 @@ async fn a_faulty_gage_is_replaced_over_the_network() {
             assert!(step > ONSET);
             assert!((own_m - OFFSET_M - reading_m).abs() < 1e-5, "{own_m} {reading_m}");
             replaced += 1;
+            let former_m = half_m;
             half_m = 0.5 * (readings.high_m[2].unwrap() - readings.low_m[2].unwrap());
+            least = f64::min(least, half_m / former_m);
             if step >= Step(STEPS - 200) {
                 break;
             }
@@ -89,7 +92,7 @@ async fn a_faulty_gage_is_replaced_over_the_network() {
     })
     .await;
     assert!(before > 1000 && replaced > 1000, "{before} own readings, {replaced} replaced");
-    assert!(half_m < NARROW_M, "the peer's forces are not used: ±{half_m} m");
+    assert!(least < AT_ONCE, "the peer's forces are not used: {least}");
     plant.end().await;
     for diagnoser in diagnosers {
         diagnoser.stop().await;

@@ -151,7 +151,7 @@ impl Speaker {
         diagnoser: &Diagnoser,
         time_unix_ns: u64,
     ) -> vocabulary::Corrected {
-        let mut readings = vocabulary::Readings::default();
+        let mut readings = vocabulary::CorrectedReadings::default();
         diagnoser.write_readings(&mut readings);
         let forces_n = diagnoser.forces_n().iter();
         vocabulary::Corrected {

@@ -3,7 +3,7 @@
 //! r̂ = c + w·x + o, for the residual r of a gage: x are the residuals of the module's other healthy gages and the forces,
 //! the module's own and those of its peers that are heard. w = (S_xx + ρN)⁻¹ S_xr and c = μ_r − w·μ_x, with mean μ and
 //! covariance S of the reference's short windows and the variances N of the noise, which windows even out and samples do
-//! not (ridge regression; Hoerl and Kennard, Technometrics 12, 1970). The offset o is what r̂ was off before the onset.
+//! not (ridge regression; Hoerl and Kennard, Technometrics 12, 1970). The offset o is r − r̂ before the onset.
 
 use serde::{Deserialize, Serialize};
 
@@ -74,13 +74,18 @@ impl Reconstruction {
             .fold(self.constant_m, |sum, (place, weight)| sum + weight * value(*place))
     }
 
-    /// Variance of what the values' noise makes of it \[m²\].
+    /// The places in the reference of the values that it follows from.
+    pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
+        self.weights.iter().map(|(place, _)| *place)
+    }
+
+    /// Variance of the residual due to the noise of the values \[m²\].
     pub(crate) fn noise_m2(&self, noise: &ReconstructionNoise) -> f64 {
         self.weights.iter().map(|(place, weight)| weight * weight * noise.variance(*place)).sum()
     }
 }
 
-/// Root mean square of what the reconstruction of a gage is off in snippets that were left out \[m\].
+/// Root mean square error of a gage's reconstruction in snippets that were left out \[m\].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReconstructionError {

@@ -1,6 +1,6 @@
 //! What a fault costs the structure, and what corrected readings take off that.
 
-mod course;
+mod motion;
 mod row;
 mod summary;
 
@@ -11,7 +11,7 @@ use rand::Rng;
 use vocabulary::Step;
 use vocabulary::fault::{Fault, FaultKind};
 
-pub use course::Course;
+pub use motion::RunMotion;
 pub use row::{CorrectedError, ToleranceRow};
 pub use summary::{MeasureRow, ReadingRow, Spread, ToleranceSummary};
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, ReadingSource, fault::FaultKind};
 
-use super::course::{Course, CourseFollower};
+use super::motion::{MotionFollower, RunMotion};
 use super::{Measure, ToleranceTask};
 use crate::case::{CampaignCase, CaseRun};
 use crate::conditions::Situation;
@@ -46,7 +46,7 @@ pub struct ToleranceRow {
     /// Healthy components that were named.
     pub wrong: Vec<ComponentPath>,
     /// The run with each measure, relative to the run without the fault.
-    pub relative: BTreeMap<Measure, Course>,
+    pub relative: BTreeMap<Measure, RunMotion>,
     /// The largest step of a demand at the verdict, with each measure that corrects \[N\].
     pub demand_step_n: BTreeMap<Measure, f64>,
     /// How true the corrected reading was, where it was used.
@@ -62,8 +62,9 @@ impl ToleranceRow {
         let fault = case.faults.first().ok_or(StudyError::NothingToBreak)?;
         let fresh = run.rig.clone();
         let mut rows = BTreeMap::new();
-        let mut healthy = fresh.clone().without_faults_of(&fault.component);
-        let without_fault = follow(&mut healthy, case, system, |_| ())?;
+        let healthy = fresh.clone().without_faults_of(&fault.component);
+        let without_fault =
+            follow(&mut CaseRun::new(case, healthy, &mut |_, _| Ok(())), case, system)?;
         let mut demand_step_n = BTreeMap::new();
         let mut corrected = None;
         for measure in [Measure::Corrected, Measure::Limited, Measure::CorrectedAndLimited] {
@@ -75,8 +76,12 @@ impl ToleranceRow {
                 rig.limit_innovations(LARGEST_INNOVATION);
             }
             let mut watcher = Watcher::new(&rig, fault.component.clone());
-            let course = follow(&mut rig, case, system, |rig| watcher.take(rig))?;
-            rows.insert(measure, course.over(&without_fault));
+            let mut watch = |rig: &Rig, _: &[RigEvent]| {
+                watcher.take(rig);
+                Ok(())
+            };
+            let motion = follow(&mut CaseRun::new(case, rig, &mut watch), case, system)?;
+            rows.insert(measure, motion.over(&without_fault));
             if measure.corrects() {
                 demand_step_n.insert(measure, watcher.largest_step_n);
             }
@@ -84,13 +89,7 @@ impl ToleranceRow {
                 corrected = watcher.finish(gage_length_m(&system.structure, &fault.component));
             }
         }
-        let mut follower = CourseFollower::new(&system.structure);
-        while run.step()? {
-            if run.rig.plant().next_step() > case.kind.from {
-                follower.take(&run.rig);
-            }
-        }
-        rows.insert(Measure::Nothing, follower.finish().over(&without_fault));
+        rows.insert(Measure::Nothing, follow(run, case, system)?.over(&without_fault));
         let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
         let verdict = transitions
             .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
@@ -114,19 +113,16 @@ impl ToleranceRow {
     }
 }
 
-/// Runs a rig for as long as a case lasts, and measures what happens from the onset on.
+/// Runs a case to its end, and measures what happens from the onset on.
 fn follow(
-    rig: &mut Rig,
+    run: &mut CaseRun,
     case: &CampaignCase<ToleranceTask>,
     system: &System,
-    mut watch: impl FnMut(&Rig),
-) -> Result<Course, StudyError> {
-    let mut follower = CourseFollower::new(&system.structure);
-    for _ in 0..case.steps {
-        rig.step()?;
-        watch(rig);
-        if rig.plant().next_step() > case.kind.from {
-            follower.take(rig);
+) -> Result<RunMotion, StudyError> {
+    let mut follower = MotionFollower::new(&system.structure);
+    while run.step()? {
+        if run.rig.plant().next_step() > case.kind.from {
+            follower.take(&run.rig);
         }
     }
     Ok(follower.finish())

@@ -54,9 +54,9 @@ fn measures(rows: &[&ToleranceRow]) -> BTreeMap<Measure, MeasureRow> {
         Some((
             measure,
             MeasureRow {
-                rms_top: Spread::of(relative.clone().map(|course| course.rms_top_m))?,
-                peak_strain: Spread::of(relative.clone().map(|course| course.peak_strain))?,
-                rms_force: Spread::of(relative.map(|course| course.rms_force_n))?,
+                rms_top: Spread::of(relative.clone().map(|motion| motion.rms_top_m))?,
+                peak_strain: Spread::of(relative.clone().map(|motion| motion.peak_strain))?,
+                rms_force: Spread::of(relative.map(|motion| motion.rms_force_n))?,
             },
         ))
     };

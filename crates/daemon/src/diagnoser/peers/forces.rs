@@ -5,7 +5,7 @@ use std::time::Duration;
 use diagnosis::Diagnoser;
 use diagnosis::messages::Speaker;
 use tokio::sync::{mpsc, watch};
-use vocabulary::{Corrected, Key, ModuleName, Topic};
+use vocabulary::{Corrected, Key, ModuleName, Step, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
@@ -18,8 +18,13 @@ const AGAIN: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(crate) struct PeerForces {
     wanted: watch::Sender<bool>,
-    inbox: mpsc::Receiver<Corrected>,
+    inbox: mpsc::Receiver<Heard>,
+    /// Was a message logged since listening began that cannot be used?
+    has_warned: bool,
 }
+
+/// A peer's message, or why it is none.
+type Heard = (ModuleName, Result<Corrected, String>);
 
 impl PeerForces {
     /// The receiving end, and the task that listens on its behalf.
@@ -30,19 +35,37 @@ impl PeerForces {
     ) -> (Self, impl Future<Output = ()> + Send + use<>) {
         let (wanted, is_wanted) = watch::channel(false);
         let (outlet, inbox) = mpsc::channel(QUEUE);
-        let key = |peer| Key::of_module(&speaker.structure, peer, Topic::Corrected);
+        let key = |peer: &ModuleName| {
+            (peer.clone(), Key::of_module(&speaker.structure, peer, Topic::Corrected))
+        };
         let keys = peers.iter().map(key).collect();
-        (Self { wanted, inbox }, listen(session.clone(), keys, is_wanted, outlet))
+        let listening = listen(session.clone(), keys, is_wanted, outlet);
+        (Self { wanted, inbox, has_warned: false }, listening)
     }
 
     /// Gives the diagnoser what came, and asks for more while it has use for it.
     pub(crate) fn follow(&mut self, diagnoser: &mut Diagnoser) {
         let wanted = diagnoser.replaces_any();
-        self.wanted.send_if_modified(|before| std::mem::replace(before, wanted) != wanted);
-        while let Ok(message) = self.inbox.try_recv() {
-            let forces: Option<Vec<f64>> = message.forces_n.into_iter().collect();
-            if let Some(forces) = forces.filter(|_| diagnoser.run() == Some(message.run)) {
-                diagnoser.take_forces(&message.module, message.step, &forces);
+        if self.wanted.send_if_modified(|before| std::mem::replace(before, wanted) != wanted) {
+            self.has_warned = false;
+        }
+        while let Ok((peer, message)) = self.inbox.try_recv() {
+            let (step, forces_n, why) = match message {
+                Ok(message) if diagnoser.run() != Some(message.run) => continue,
+                Ok(message) => (
+                    message.step,
+                    message.forces_n,
+                    "not those that the reference knows".to_owned(),
+                ),
+                Err(why) => (Step(0), Vec::new(), why),
+            };
+            // A peer without a pressure has no force.
+            let Some(forces_n) = forces_n.into_iter().collect::<Option<Vec<f64>>>() else {
+                continue;
+            };
+            let used = diagnoser.take_forces(&peer, step, &forces_n);
+            if !used && !std::mem::replace(&mut self.has_warned, true) {
+                tracing::warn!(%peer, "cannot use the forces of a peer: {why}");
             }
         }
     }
@@ -51,9 +74,9 @@ impl PeerForces {
 /// Listens whenever it is wanted.
 async fn listen(
     session: Session,
-    keys: Vec<Key>,
+    keys: Vec<(ModuleName, Key)>,
     mut is_wanted: watch::Receiver<bool>,
-    outlet: mpsc::Sender<Corrected>,
+    outlet: mpsc::Sender<Heard>,
 ) {
     // The sender lives as long as the diagnosis.
     while is_wanted.wait_for(|wanted| *wanted).await.is_ok() {
@@ -72,21 +95,22 @@ async fn listen(
 
 async fn subscribe(
     session: &Session,
-    keys: &[Key],
-    outlet: &mpsc::Sender<Corrected>,
+    keys: &[(ModuleName, Key)],
+    outlet: &mpsc::Sender<Heard>,
 ) -> zenoh::Result<Vec<Subscriber<()>>> {
     let mut subscribers = Vec::with_capacity(keys.len());
-    for key in keys {
-        let (key, outlet) = (key.clone(), outlet.clone());
+    for (peer, key) in keys {
+        let (peer, key, outlet) = (peer.clone(), key.clone(), outlet.clone());
         let subscriber = session
             .declare_subscriber(key.to_string())
             .callback(move |sample| {
                 let message = vocabulary::decode::<Corrected>(&sample.payload().to_bytes());
-                let Ok(message) = message else { return };
-                let own = Key::of_module(&message.structure, &message.module, Topic::Corrected);
-                if own == key {
-                    let _ = outlet.try_send(message);
-                }
+                let message = message.map_err(|error| error.to_string()).and_then(|message| {
+                    let own = Key::of_module(&message.structure, &message.module, Topic::Corrected);
+                    let is_its = own == key;
+                    is_its.then_some(message).ok_or_else(|| format!("it is of `{own}`"))
+                });
+                let _ = outlet.try_send((peer.clone(), message));
             })
             .await?;
         subscribers.push(subscriber);

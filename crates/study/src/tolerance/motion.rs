@@ -41,7 +41,7 @@ impl Motion {
 
 /// What a run is measured by, means taken off.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Course {
+pub struct RunMotion {
     /// Root mean square of the top's displacement \[m\].
     pub rms_top_m: f64,
     /// The largest strain of a gage's member \[m/m\].
@@ -50,7 +50,7 @@ pub struct Course {
     pub rms_force_n: f64,
 }
 
-impl Course {
+impl RunMotion {
     /// Relative to another.
     #[must_use]
     pub fn over(&self, other: &Self) -> Self {
@@ -64,14 +64,14 @@ impl Course {
 
 /// Follows a run.
 #[derive(Debug)]
-pub(super) struct CourseFollower {
+pub(super) struct MotionFollower {
     tops: Vec<Motion>,
     strains: Vec<Motion>,
     forces: Vec<Motion>,
     lengths_m: Vec<f64>,
 }
 
-impl CourseFollower {
+impl MotionFollower {
     pub(super) fn new(structure: &Structure) -> Self {
         let gages = structure.equipped().flat_map(|module| &module.gages);
         let lengths_m: Vec<f64> = gages.map(|gage| structure.gage_length_m(gage)).collect();
@@ -97,10 +97,10 @@ impl CourseFollower {
         forces.enumerate().for_each(|(place, force_n)| add(&mut self.forces, place, *force_n));
     }
 
-    pub(super) fn finish(&self) -> Course {
+    pub(super) fn finish(&self) -> RunMotion {
         let variance = |motions: &[Motion]| motions.iter().map(Motion::variance).sum::<f64>();
         let peaks = self.strains.iter().map(Motion::peak);
-        Course {
+        RunMotion {
             rms_top_m: variance(&self.tops).sqrt(),
             peak_strain: peaks.fold(0.0, f64::max),
             rms_force_n: (variance(&self.forces) / self.forces.len().max(1) as f64).sqrt(),
