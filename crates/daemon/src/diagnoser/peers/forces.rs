@@ -23,7 +23,7 @@ pub(crate) struct PeerForces {
     has_warned: bool,
 }
 
-/// A peer's message, or why it is none.
+/// A peer and its message, or the reason why that cannot be used.
 type Heard = (ModuleName, Result<Corrected, String>);
 
 impl PeerForces {
