@@ -91,6 +91,36 @@ impl Replacements {
     }
 }
 
+/// A peer's forces \[N\].
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+struct Heard {
+    step: Step,
+    latest_n: Vec<f64>,
+    /// Since the latest short window ended: their sum, and how many there were.
+    sum_n: Vec<f64>,
+    count: f64,
+    /// Their mean over that window.
+    mean_n: Vec<f64>,
+}
+
+impl Heard {
+    fn take(&mut self, step: Step, forces_n: &[f64]) {
+        self.step = step;
+        self.latest_n.clear();
+        self.latest_n.extend_from_slice(forces_n);
+        self.sum_n.resize(forces_n.len(), 0.0);
+        self.sum_n.iter_mut().zip(forces_n).for_each(|(sum, force)| *sum += force);
+        self.count += 1.0;
+    }
+
+    fn end_window(&mut self) {
+        self.mean_n.clear();
+        self.mean_n.extend(self.sum_n.iter().map(|sum| sum / self.count));
+        self.sum_n.fill(0.0);
+        self.count = 0.0;
+    }
+}
+
 /// What was measured before the latest onset, as far as it is known.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Before {
@@ -124,7 +154,7 @@ pub(crate) struct Correcting {
     /// The number that the next transition had when that was decided.
     decided: u64,
     /// The latest forces of each peer that the reference knows, with their step \[N\].
-    heard: Vec<Option<(Step, Vec<f64>)>>,
+    heard: Vec<Option<Heard>>,
 }
 
 impl Correcting {
@@ -167,10 +197,7 @@ impl Correcting {
         let Some(place) = reference.peers().position(|known| known == peer) else { return true };
         let fits = reference.forces_of(peer).count() == forces_n.len();
         if fits {
-            let (of, heard_n) = self.heard[place].get_or_insert_default();
-            *of = step;
-            heard_n.clear();
-            heard_n.extend_from_slice(forces_n);
+            self.heard[place].get_or_insert_default().take(step, forces_n);
         }
         fits
     }
@@ -361,6 +388,7 @@ impl Correcting {
             return;
         }
         self.noted = Some(window.until);
+        self.heard.iter_mut().flatten().for_each(Heard::end_window);
         let gages = window.gages.iter();
         let gages: Vec<f64> =
             gages.map(|gage| gage.as_ref().map_or(f64::NAN, |means| means.residual_m)).collect();
@@ -370,7 +398,7 @@ impl Correcting {
         let healthy = (0..gages.len()).filter(|gage| !self.lost[*gage]);
         let ratios = healthy.filter_map(|gage| {
             let replacement = self.replacements[gage].as_ref()?.best(self.hears_all(window.until));
-            let value = |place: usize| self.value(place, &gages, &forces);
+            let value = |place: usize| self.value(place, &gages, &forces, |heard| &heard.mean_n);
             let error_m = gages[gage] - replacement.residual_m(value);
             error_m.is_finite().then(|| error_m * error_m / replacement.error_m2())
         });
@@ -405,7 +433,7 @@ impl Correcting {
         let (residuals, forces_n) = channels.measured();
         let residuals = residuals.get(self.layout.actuators..)?;
         let replacement = replacements.best(self.hears_all(now));
-        let value = |place: usize| self.value(place, residuals, forces_n);
+        let value = |place: usize| self.value(place, residuals, forces_n, |heard| &heard.latest_n);
         let gages = reference.gages.len();
         let mut forces = replacement.known.places().filter_map(|place| place.checked_sub(gages));
         let all_seen = forces.all(|force| reference.forces[force].has_seen(value(gages + force)));
@@ -418,17 +446,23 @@ impl Correcting {
         Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
 
-    /// A value of the reference at the latest sample.
-    fn value(&self, place: usize, residuals_m: &[f64], forces_n: &[f64]) -> f64 {
+    /// A value of the reference, of these residuals and forces, or of a peer's forces.
+    fn value(
+        &self,
+        place: usize,
+        residuals_m: &[f64],
+        forces_n: &[f64],
+        of_peer: impl Fn(&Heard) -> &[f64],
+    ) -> f64 {
         let gages = self.reference.as_ref().map_or(0, |reference| reference.gages.len());
         let Some(force) = place.checked_sub(gages) else { return residuals_m[place] };
-        let of_peers = self.heard.iter().flatten().flat_map(|(_, forces_n)| forces_n);
+        let of_peers = self.heard.iter().flatten().flat_map(of_peer);
         forces_n.iter().chain(of_peers).nth(force).copied().unwrap_or(f64::NAN)
     }
 
     /// Has every peer that the reference knows told its forces lately?
     fn hears_all(&self, now: Step) -> bool {
         let oldest = now.minus(self.sampling.steps(FRESH_S));
-        self.heard.iter().all(|heard| heard.as_ref().is_some_and(|(step, _)| *step >= oldest))
+        self.heard.iter().all(|heard| heard.as_ref().is_some_and(|heard| heard.step >= oldest))
     }
 }

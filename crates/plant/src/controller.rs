@@ -6,6 +6,10 @@
 //! 1. x⁺ = A x + B (F_{k−1} + F_k)/2: forces between samples are their average
 //! 2. x = x⁺ + L (y − C x⁺)
 //! 3. u = −K x, limited
+//!
+//! Cylinders that are lost exert F_l in place of u_l. The others, h, make up for it as far as they can:
+//! u_h = −K_h x − R (F_l − u_l), R = (E_hᵀ E_h + ρ tr(E_hᵀ E_h)/n_h I)⁻¹ E_hᵀ E_l, with the energy map E: the elastic energy of
+//! the difference is least (a damped pseudo-inverse; Johansen and Fossen, Automatica 49, 2013, section 2.2).
 
 use nalgebra::{DMatrix, DVector};
 use truss::{Direction, Mechanics, Modes, Structure};
@@ -188,6 +192,65 @@ impl InnovationLimit {
     }
 }
 
+/// ρ: a larger one spares the other cylinders, a smaller one the structure.
+const SPARING: f64 = 0.1;
+
+/// How the other cylinders make up for those that are lost.
+#[derive(Debug, Clone)]
+struct Reallocation {
+    is_lost: Vec<bool>,
+    /// −R, with rows and columns for all cylinders.
+    minus_share: ColumnMatrix,
+    /// F_l − u_l \[N\]; zero for the others.
+    difference_n: Vec<f64>,
+}
+
+impl Reallocation {
+    /// `None` if no cylinder is lost, or all are.
+    fn new(energy_map: &DMatrix<f64>, is_lost: &[bool]) -> Option<Self> {
+        let of = |lost: bool| -> Vec<usize> {
+            (0..is_lost.len()).filter(|place| is_lost[*place] == lost).collect()
+        };
+        let (lost, left) = (of(true), of(false));
+        if lost.is_empty() || left.is_empty() {
+            return None;
+        }
+        let (of_left, of_lost) =
+            (energy_map.select_columns(&left), energy_map.select_columns(&lost));
+        let mut square = of_left.tr_mul(&of_left);
+        let sparing = SPARING * square.trace() / left.len() as f64;
+        for place in 0..left.len() {
+            square[(place, place)] += sparing;
+        }
+        let share = square.cholesky()?.solve(&of_left.tr_mul(&of_lost));
+        let mut minus_share = DMatrix::zeros(is_lost.len(), is_lost.len());
+        for (row, to) in left.iter().enumerate() {
+            for (column, from) in lost.iter().enumerate() {
+                minus_share[(*to, *from)] = -share[(row, column)];
+            }
+        }
+        Some(Self {
+            is_lost: is_lost.to_vec(),
+            minus_share: ColumnMatrix::new(&minus_share),
+            difference_n: vec![0.0; is_lost.len()],
+        })
+    }
+
+    /// Nothing is demanded of the lost, and more of the others.
+    fn apply(&mut self, forces_n: &[f64], demands_n: &mut [f64]) {
+        let lost = self.is_lost.iter().zip(forces_n);
+        for ((difference, (is_lost, force)), demand) in
+            self.difference_n.iter_mut().zip(lost).zip(demands_n.iter_mut())
+        {
+            if *is_lost {
+                *difference = force - *demand;
+                *demand = 0.0;
+            }
+        }
+        self.minus_share.add_product(&self.difference_n, demands_n);
+    }
+}
+
 /// The controller with its present state.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
@@ -201,6 +264,8 @@ pub(crate) struct Controller {
     state: Vec<f64>,
     innovation: Vec<f64>,
     limit: Option<InnovationLimit>,
+    energy_map: DMatrix<f64>,
+    reallocation: Option<Reallocation>,
     previous_forces_n: Vec<f64>,
     mean_forces_n: Vec<f64>,
 }
@@ -223,6 +288,8 @@ impl Controller {
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],
             limit: None,
+            energy_map: design.model.energy_map.clone(),
+            reallocation: None,
             mean_forces_n: vec![0.0; forces_n.len()],
             previous_forces_n: forces_n,
         }
@@ -231,6 +298,11 @@ impl Controller {
     /// Limits innovations from now on, or no longer.
     pub(crate) fn limit_innovations(&mut self, limit: Option<InnovationLimit>) {
         self.limit = limit;
+    }
+
+    /// Which cylinders are lost from now on.
+    pub(crate) fn reallocate(&mut self, is_lost: &[bool]) {
+        self.reallocation = Reallocation::new(&self.energy_map, is_lost);
     }
 
     /// Computes the demands \[N\] from the readings \[m\] and observed forces \[N\] of a sample.
@@ -244,6 +316,9 @@ impl Controller {
         self.filter.add_product(&self.innovation, &mut self.state);
         demands_n.fill(0.0);
         self.minus_regulator.add_product(&self.state, demands_n);
+        if let Some(reallocation) = &mut self.reallocation {
+            reallocation.apply(forces_n, demands_n);
+        }
         for demand in demands_n {
             *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
         }
@@ -357,6 +432,40 @@ mod tests {
         }
         let left = closed.norm();
         assert!(left < 1e-6, "{left}");
+    }
+
+    /// Without sparing, the remaining difference has no energy that the others could take off: it is orthogonal to them.
+    #[test]
+    fn what_a_lost_cylinder_does_is_made_up_for_with_the_least_energy_left() {
+        let structure = Structure::from_toml(TOWER).unwrap();
+        let design = Design::new(&structure, &PlantParameters::default()).unwrap();
+        let map = &design.model.energy_map;
+        let mut is_lost = vec![false; map.ncols()];
+        is_lost[0] = true;
+        let mut reallocation = Reallocation::new(map, &is_lost).unwrap();
+        let mut forces = vec![0.0; map.ncols()];
+        forces[0] = 77e3;
+        let mut demands = vec![0.0; map.ncols()];
+        reallocation.apply(&forces, &mut demands);
+        let alone = (map * DVector::from_column_slice(&forces)).norm();
+        let (pushed, mut together) = (demands.clone(), forces);
+        together.iter_mut().zip(&pushed).for_each(|(force, demand)| *force += demand);
+        let left = (map * DVector::from_column_slice(&together)).norm();
+        assert_eq!(pushed[0], 0.0);
+        assert!(left < 0.7 * alone, "{left} of {alone}");
+        for other in 1..map.ncols() {
+            for more in [-1e3, 1e3] {
+                let mut changed = together.clone();
+                changed[other] += more;
+                let energy = (map * DVector::from_column_slice(&changed)).norm_squared();
+                let sparing = SPARING * map.columns(1, map.ncols() - 1).norm_squared()
+                    / (map.ncols() - 1) as f64;
+                let effort = |extra: f64| sparing * ((pushed[other] + extra).powi(2));
+                assert!(energy + effort(more) > left * left + effort(0.0));
+            }
+        }
+        assert!(Reallocation::new(map, &vec![false; map.ncols()]).is_none());
+        assert!(Reallocation::new(map, &vec![true; map.ncols()]).is_none());
     }
 
     #[test]

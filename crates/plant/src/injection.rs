@@ -135,7 +135,7 @@ impl Injections {
         self.place_of(path).ok_or_else(|| self.unknown(path))
     }
 
-    fn unknown(&self, path: &ComponentPath) -> InjectError {
+    pub(crate) fn unknown(&self, path: &ComponentPath) -> InjectError {
         let in_module = self.components.iter().filter(|(known, _)| known.module == path.module);
         let known: Vec<String> =
             in_module.map(|(known, _)| format!("`{}`", known.component)).collect();

@@ -18,6 +18,9 @@ pub(crate) struct NominalModel {
     pub(crate) disturbance_map: DMatrix<f64>,
     /// Elongation per state (gages × 2 modes) \[m\].
     pub(crate) gage_map: DMatrix<f64>,
+    /// Modal force of each actuator over the mode's ω (modes × actuators): the square of its product with forces is twice the
+    /// elastic energy under them.
+    pub(crate) energy_map: DMatrix<f64>,
 }
 
 impl NominalModel {
@@ -43,7 +46,12 @@ impl NominalModel {
             state_to_displacement[(mode, 2 * mode)] = 1.0 / omega;
         }
         let state_per_nodal_force = force_to_state * modes.shapes.transpose();
+        let mut energy_map = modes.shapes.transpose() * &mechanics.actuator_map;
+        for (mut row, omega) in energy_map.row_iter_mut().zip(&modes.angular_frequencies) {
+            row /= *omega;
+        }
         Self {
+            energy_map,
             transitions,
             force_map: &state_per_nodal_force * &mechanics.actuator_map,
             disturbance_map: state_per_nodal_force * disturbance_map,

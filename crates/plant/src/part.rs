@@ -41,6 +41,8 @@ pub(crate) struct PlantPart {
     pressure_sensors: PressureSensors,
     controller: Controller,
     stroke: Option<StrokeUnderWay>,
+    /// The cylinders that the controller does without.
+    is_lost: Vec<bool>,
     demand_limit_n: f64,
     gage_lengths_m: Vec<f64>,
     step_s: f64,
@@ -129,6 +131,7 @@ impl PlantPart {
             pressure_sensors: PressureSensors::new(hydraulics, actuators, step_s, seed),
             controller: Controller::new(design, hydraulics.demand_limit_n, state, forces_n),
             stroke: None,
+            is_lost: vec![false; actuators],
             demand_limit_n: hydraulics.demand_limit_n,
             gage_lengths_m,
             step_s,
@@ -221,6 +224,18 @@ impl PlantPart {
         let limit = largest_strain
             .map(|strain| InnovationLimit::new(strain, &self.gage_lengths_m, self.step_s));
         self.controller.limit_innovations(limit);
+    }
+
+    /// Shuts a cylinder off, or puts it back.
+    pub(crate) fn shut_off(&mut self, actuator: usize, is_shut_off: bool) {
+        self.hydraulics.shut_off(actuator, is_shut_off);
+    }
+
+    /// The controller counts a cylinder as lost, or no longer.
+    pub(crate) fn reallocate(&mut self, actuator: usize, is_lost: bool) {
+        if std::mem::replace(&mut self.is_lost[actuator], is_lost) != is_lost {
+            self.controller.reallocate(&self.is_lost);
+        }
     }
 
     /// Displacement of the uppermost level in x and in y at the latest step, in the mean of its nodes \[m\].

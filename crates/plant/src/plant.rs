@@ -170,6 +170,45 @@ impl Plant {
         Ok(())
     }
 
+    /// Shuts a cylinder off, whatever its fault, or puts it back: both chambers are emptied into the tank; effective from the
+    /// next [`Plant::advance`].
+    ///
+    /// # Errors
+    /// No such cylinder.
+    pub fn shut_off(
+        &mut self,
+        cylinder: &ComponentPath,
+        is_shut_off: bool,
+    ) -> Result<(), InjectError> {
+        let (part, actuator) = self.cylinder(cylinder)?;
+        part.shut_off(actuator, is_shut_off);
+        Ok(())
+    }
+
+    /// The controller takes a cylinder's force as a given disturbance, for which the others make up, or counts on it again;
+    /// effective from the next [`Plant::advance`].
+    ///
+    /// # Errors
+    /// No such cylinder.
+    pub fn reallocate(
+        &mut self,
+        cylinder: &ComponentPath,
+        is_lost: bool,
+    ) -> Result<(), InjectError> {
+        let (part, actuator) = self.cylinder(cylinder)?;
+        part.reallocate(actuator, is_lost);
+        Ok(())
+    }
+
+    /// The part that has a cylinder, and its number there.
+    fn cylinder(&mut self, path: &ComponentPath) -> Result<(&mut PlantPart, usize), InjectError> {
+        let place = self.injections.place(path)?;
+        match (place.slot, self.parts.get_mut(place.part)) {
+            (Slot::Actuator(actuator), Some(part)) => Ok((part, actuator)),
+            _ => Err(self.injections.unknown(path)),
+        }
+    }
+
     /// Limits what the controller makes of readings: their innovations count up to this strain about their mean, from two
     /// seconds later on. `None` for no limit, as at the start.
     pub fn limit_innovations(&mut self, largest_strain: Option<f64>) {

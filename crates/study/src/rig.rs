@@ -1,6 +1,6 @@
 //! A plant and its diagnosers in one process.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::mem;
 
 use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
@@ -74,6 +74,10 @@ pub struct Rig {
     keep: usize,
     /// The corrected readings of each module, if the controller is given them.
     corrected: Option<Vec<CorrectedReadings>>,
+    /// So many steps after the verdict.
+    late_steps: u64,
+    /// Since when each gage is declared faulty.
+    faulty_since: BTreeMap<ComponentPath, Step>,
 }
 
 impl Rig {
@@ -97,6 +101,8 @@ impl Rig {
             kept: VecDeque::new(),
             keep: 0,
             corrected: None,
+            late_steps: 0,
+            faulty_since: BTreeMap::new(),
         })
     }
 
@@ -130,14 +136,32 @@ impl Rig {
         self
     }
 
-    /// From now on the controller is given the corrected reading of each gage that is declared faulty, a step later.
-    pub fn correct(&mut self) {
+    /// From now on the controller is given the corrected reading of each gage that is declared faulty, a step later, and
+    /// another `late_steps` after the verdict.
+    pub fn correct(&mut self, late_steps: u64) {
+        self.late_steps = late_steps;
         self.corrected = Some(vec![CorrectedReadings::default(); self.diagnosers().len()]);
     }
 
     /// Limits the innovations of the controller, see [`Plant::limit_innovations`].
     pub fn limit_innovations(&mut self, largest_strain: f64) {
         self.plant.limit_innovations(Some(largest_strain));
+    }
+
+    /// Shuts a cylinder off, see [`Plant::shut_off`].
+    ///
+    /// # Errors
+    /// No such cylinder.
+    pub fn shut_off(&mut self, cylinder: &ComponentPath) -> Result<(), RigError> {
+        Ok(self.plant.shut_off(cylinder, true)?)
+    }
+
+    /// The controller does without a cylinder, see [`Plant::reallocate`].
+    ///
+    /// # Errors
+    /// No such cylinder.
+    pub fn reallocate(&mut self, cylinder: &ComponentPath) -> Result<(), RigError> {
+        Ok(self.plant.reallocate(cylinder, true)?)
     }
 
     /// The corrected readings of a module, by its index, at the latest step, if the controller is given them.
@@ -157,8 +181,16 @@ impl Rig {
             for (component, (elongation_m, source)) in gages.zip(entries) {
                 let module = diagnoser.module().clone();
                 let gage = ComponentPath { module, component: component.clone() };
+                if *source == ReadingSource::Own {
+                    self.faulty_since.remove(&gage);
+                    self.plant.replace_reading(&gage, None)?;
+                    continue;
+                }
+                let now = self.plant.next_step();
+                let since = *self.faulty_since.entry(gage.clone()).or_insert(now);
+                let is_told = now.since(since) >= self.late_steps;
                 let replaced = elongation_m.filter(|_| *source == ReadingSource::Replaced);
-                self.plant.replace_reading(&gage, replaced)?;
+                self.plant.replace_reading(&gage, replaced.filter(|_| is_told))?;
             }
         }
         self.corrected = Some(corrected);

@@ -1,9 +1,13 @@
-//! Corrected readings in the closed loop, on a plant that differs from its description by a tenth.
+//! What is done about faults in the closed loop, on plants that differ from their description by a tenth.
 
 use crate::identification::PLANT;
+use crate::tower;
 use diagnosis::{GivenOrder, GivenOrderKind};
+use study::conditions::Situation;
+use study::tolerance::{Measure, ToleranceCampaign};
 use study::{Rig, TimedFault};
-use vocabulary::{ReadingSource, RunId, Step, fault::Fault};
+use vocabulary::fault::{Fault, FaultKind};
+use vocabulary::{ReadingSource, RunId, Step};
 
 const ONSET: Step = Step(7000);
 const GAGE: &str = "module1/sensor/g1";
@@ -17,7 +21,7 @@ fn rig(until: Option<Step>, others: &[TimedFault]) -> Rig {
     let fault = TimedFault { at: ONSET, until, component: GAGE.parse().unwrap(), fault };
     let faults = [&[fault], others].concat();
     let mut rig = Rig::new(site.plant(5).unwrap(), setups.clone(), faults, RunId(5)).unwrap();
-    rig.correct();
+    rig.correct(0);
     rig
 }
 
@@ -97,4 +101,28 @@ fn a_faulty_gage_is_replaced_until_its_reset_and_the_controller_does_not_notice(
     rig.run(2).unwrap();
     let ([reading_m, ..], source, [own_m, _]) = gage(&rig);
     assert_eq!((source, reading_m), (ReadingSource::Own, own_m));
+}
+
+#[test]
+fn a_cylinder_that_is_hard_over_is_shut_off_or_made_up_for() {
+    let campaign = ToleranceCampaign {
+        system: tower::system(0.1, 20_261_129),
+        plants: 1,
+        cases: 2,
+        kinds: vec![FaultKind::HardOver],
+        situation: Some(Situation::Alone),
+        late_s: 0.0,
+    };
+    let rows = tower::rows(&campaign, 0..2, 2);
+    assert_eq!(rows.len(), 2);
+    for row in rows.values() {
+        let of = |measure| row.relative[&measure];
+        assert!(of(Measure::Nothing).rms_top_m > 1.2, "{row:?}");
+        for measure in [Measure::Reallocated, Measure::ShutOff, Measure::ShutOffAndReallocated] {
+            assert!(of(measure).rms_top_m < 1.1, "{row:?}");
+            assert!(of(measure).largest_demand_n < 110e3, "{row:?}");
+        }
+        assert!(of(Measure::ShutOff).peak_strain < of(Measure::Nothing).peak_strain, "{row:?}");
+        assert!(row.acted_after_s.is_some_and(|time| time < 0.1), "{row:?}");
+    }
 }

@@ -278,12 +278,13 @@ pub(super) struct IdentifyArguments {
     pub(super) engine: EngineArguments,
 }
 
-/// Measure what faults of gages cost the structure, and what corrected readings take off that
+/// Measure what faults cost the structure, and what can be done about it
 ///
 /// Draws so many plants, each commissioned in the weather like by `trusswatch study conditions`, and gives each of them
-/// so many faults of gages, kinds and situations taking turns: alone, during a hard-over, from the start. Each is run with nothing done about it, with corrected readings given
-/// to the controller, with its innovations limited, and with both; and the plant without the fault, by which the others are
-/// divided. Case N is one of plant N/cases.
+/// so many faults, kinds and situations taking turns: alone, during a hard-over, from the start. Each is run with nothing
+/// done about it; of a gage, with corrected readings given to the controller, with its innovations limited, and with both;
+/// of a cylinder, if it is hard over, with the others making up for it, with its being shut off, and with both; and the
+/// plant without the fault, by which the others are divided. Case N is one of plant N/cases.
 #[derive(Debug, Clone, Args, Serialize, Deserialize)]
 pub(super) struct ToleranceArguments {
     #[command(flatten)]
@@ -296,11 +297,17 @@ pub(super) struct ToleranceArguments {
     #[arg(long, default_value = "40", value_name = "N")]
     pub(super) cases: NonZeroU64,
     /// Only faults of this kind
-    #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::kinds(), FaultKind::as_str))]
+    #[arg(long, value_name = "NAME", value_parser = named(FaultKind::ALL, FaultKind::as_str))]
     pub(super) kind: Option<FaultKind>,
+    /// Faults of cylinders in place of those of gages
+    #[arg(long, conflicts_with = "kind")]
+    pub(super) cylinders: bool,
     /// Only faults in this situation
     #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::SITUATIONS, Situation::as_str))]
     pub(super) situation: Option<Situation>,
+    /// What is done about a fault is done so many seconds late
+    #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = |x: &str| within(x, 0.0..=10.0))]
+    pub(super) late_s: f64,
     #[command(flatten)]
     #[serde(skip)]
     pub(super) engine: EngineArguments,

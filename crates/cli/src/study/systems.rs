@@ -11,6 +11,7 @@ use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::limits::LimitCampaign;
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::tolerance::ToleranceCampaign;
+use vocabulary::ComponentKind;
 
 use super::arguments::{
     CampaignRequest, ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments,
@@ -177,9 +178,12 @@ impl IdentifyArguments {
 impl ToleranceArguments {
     pub(super) fn campaign(&self) -> Result<ToleranceCampaign, Failure> {
         let (plants, cases) = (self.plants.get(), self.cases.get());
-        let Self { kind, situation, .. } = *self;
-        let system = self.system.only_system()?;
-        Ok(ToleranceCampaign { system, plants, cases, kind, situation })
+        let components =
+            if self.cylinders { ComponentKind::Actuator } else { ComponentKind::Sensor };
+        let all = ToleranceCampaign::kinds_of(components);
+        let kinds = self.kind.map_or(all, |kind| vec![kind]);
+        let (system, situation) = (self.system.only_system()?, self.situation);
+        Ok(ToleranceCampaign { system, plants, cases, kinds, situation, late_s: self.late_s })
     }
 }
 

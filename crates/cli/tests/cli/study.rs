@@ -362,6 +362,6 @@ fn faults_to_identify_that_cannot_be_meant_are_refused() {
     ] {
         run(&[&["study", "identify"], &arguments[..]].concat()).fails(2, &[said]);
     }
-    // Only faults of gages are replaced.
-    run(&["study", "tolerance", "--kind", "hard_over"]).fails(2, &["hard_over", "bias"]);
+    let both = ["study", "tolerance", "--kind", "hard_over", "--cylinders"];
+    run(&both).fails(2, &["--kind", "--cylinders"]);
 }

@@ -17,6 +17,8 @@ pub(crate) enum ActuatorState {
     HardOver,
     /// The valve's spool sticks.
     Sticking(Spool),
+    /// Cut off from the supply, both chambers open to the tank.
+    ShutOff,
 }
 
 /// The constants of eq. 8–11 in the form used by the integration.
@@ -102,6 +104,10 @@ impl Cylinder {
                 flows[1] += across - self.leak(external_b, b - self.ambient);
             }
             ActuatorState::HardOver => flows[0] = self.port(f64::INFINITY, a),
+            ActuatorState::ShutOff => {
+                let outflows = [a, b].map(|pressure| self.port(f64::NEG_INFINITY, pressure));
+                return [self.stiffness[0] * outflows[0], self.stiffness[1] * outflows[1]];
+            }
         }
         if self.null_square > 0.0 {
             flows[0] += self.null_flow(a);

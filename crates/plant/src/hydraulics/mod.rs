@@ -10,6 +10,7 @@
 //! - a closed valve leaks some oil from the supply into each chamber, and from there into the tank
 //! - hard-over: A's inlet is fully open and its outlet shut; B stays under control.
 //! - stiction: the valve's spool follows q once per step, in jumps, if at all.
+//! - shut off: nothing enters; both chambers empty into the tank.
 //!
 //! F in the force control is computed from the *measured* pressures, sampled once per step: the noise of a sample
 //! remains in the loop until the next. Within its flow limits the force then follows Ḟ = (u − F) / τ with 1/τ = K_P β
@@ -36,6 +37,7 @@ pub(crate) struct Hydraulics {
     parameters: HydraulicParameters,
     pressures_pa: Vec<[f64; 2]>,
     states: Vec<ActuatorState>,
+    is_shut_off: Vec<bool>,
 }
 
 impl Hydraulics {
@@ -48,6 +50,7 @@ impl Hydraulics {
             parameters: parameters.clone(),
             pressures_pa: forces_n.iter().map(|&force| parameters.pressures_at(force)).collect(),
             states: vec![ActuatorState::Healthy; forces_n.len()],
+            is_shut_off: vec![false; forces_n.len()],
         }
     }
 
@@ -75,12 +78,28 @@ impl Hydraulics {
         }
     }
 
+    /// Shuts an actuator off, whatever its fault, or puts it back; then oil is refilled as by a repair.
+    pub(crate) fn shut_off(&mut self, actuator: usize, is_shut_off: bool) {
+        let places = self.pressures_pa.get_mut(actuator).zip(self.is_shut_off.get_mut(actuator));
+        if let Some((pressures, present)) = places {
+            if *present && !is_shut_off {
+                *pressures = self.parameters.pressures_at(self.parameters.force_n(*pressures));
+            }
+            *present = is_shut_off;
+        }
+    }
+
     /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force measured by each
     /// force control during the step \[N\].
     pub(crate) fn step(&mut self, demands_n: &[f64], noise_n: &[f64]) {
-        let actuators = self.pressures_pa.iter_mut().zip(&mut self.states);
-        for ((pressures, state), (demand, noise)) in actuators.zip(demands_n.iter().zip(noise_n)) {
+        let states = self.states.iter_mut().zip(&self.is_shut_off);
+        let actuators = self.pressures_pa.iter_mut().zip(states);
+        for ((pressures, (state, is_shut_off)), (demand, noise)) in
+            actuators.zip(demands_n.iter().zip(noise_n))
+        {
             let target = demand - noise;
+            let shut_off = &mut ActuatorState::ShutOff;
+            let state = if *is_shut_off { shut_off } else { state };
             if let ActuatorState::Sticking(spool) = state {
                 spool.follow(self.cylinder.command(*pressures, target));
             }
@@ -318,6 +337,24 @@ mod tests {
                 assert!((1e5..=200e5).contains(&a) && (1e5..=200e5).contains(&b), "{state:?}");
             }
         }
+    }
+
+    /// 77 kN of a hard-over are gone as fast as the valve lets the oil out; what is left is that of the tank's pressure.
+    #[test]
+    fn an_actuator_that_is_shut_off_lets_go_and_comes_back_without_a_jump() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 0.0, ActuatorState::HardOver);
+        run(&mut hydraulics, 0.0, 3000);
+        assert!(force(&hydraulics) > 70e3);
+        hydraulics.shut_off(0, true);
+        run(&mut hydraulics, 50e3, 500);
+        let left = parameters.force_n([parameters.tank_pa; 2]);
+        assert!((force(&hydraulics) - left).abs() < 1.0, "{}", force(&hydraulics));
+        hydraulics.set(0, ActuatorState::Healthy);
+        hydraulics.shut_off(0, false);
+        assert!((force(&hydraulics) - left).abs() < 1.0);
+        run(&mut hydraulics, 50e3, 300);
+        assert!((force(&hydraulics) - 50e3).abs() < 1.0);
     }
 
     #[test]

@@ -8,8 +8,8 @@ use std::fmt;
 
 use rand::Rng;
 
-use vocabulary::Step;
 use vocabulary::fault::{Fault, FaultKind};
+use vocabulary::{ComponentKind, ComponentPath, Step};
 
 pub use motion::RunMotion;
 pub use row::{CorrectedError, ToleranceRow};
@@ -32,6 +32,9 @@ const ONSET_S: [f64; 2] = [10.5, 11.5];
 const COUNTED_S: f64 = 10.0;
 /// A cylinder is hard over so long before the gage fails \[s\].
 const HARD_OVER_BEFORE_S: [f64; 2] = [3.5, 5.0];
+/// Leaks \[m²\] and bands of stiction \[m³/s\].
+const LEAKS_M2: [f64; 2] = [3e-8, 5e-7];
+const BANDS_M3_PER_S: [f64; 2] = [1e-6, 1e-4];
 /// The situations, in turn.
 const TURNS: [Situation; 4] =
     [Situation::Alone, Situation::Alone, Situation::DuringHardOver, Situation::FromTheStart];
@@ -50,12 +53,46 @@ pub enum Measure {
     Limited,
     /// Both.
     CorrectedAndLimited,
+    /// The other cylinders make up for one that is hard over.
+    Reallocated,
+    /// A cylinder that is hard over is shut off.
+    ShutOff,
+    /// Both.
+    ShutOffAndReallocated,
 }
 
 impl Measure {
     /// All of them.
-    pub const ALL: [Self; 4] =
-        [Self::Nothing, Self::Corrected, Self::Limited, Self::CorrectedAndLimited];
+    pub const ALL: [Self; 7] = [
+        Self::Nothing,
+        Self::Corrected,
+        Self::Limited,
+        Self::CorrectedAndLimited,
+        Self::Reallocated,
+        Self::ShutOff,
+        Self::ShutOffAndReallocated,
+    ];
+
+    /// What can be done about faults of such components.
+    #[must_use]
+    pub fn against(kind: ComponentKind) -> &'static [Self] {
+        match kind {
+            ComponentKind::Sensor => &Self::ALL[1..4],
+            ComponentKind::Actuator => &Self::ALL[4..],
+        }
+    }
+
+    /// Do other cylinders make up for one that is lost?
+    #[must_use]
+    pub fn reallocates(self) -> bool {
+        matches!(self, Self::Reallocated | Self::ShutOffAndReallocated)
+    }
+
+    /// Is a cylinder shut off that is hard over?
+    #[must_use]
+    pub fn shuts_off(self) -> bool {
+        matches!(self, Self::ShutOff | Self::ShutOffAndReallocated)
+    }
 
     /// Does the controller use corrected readings?
     #[must_use]
@@ -77,11 +114,14 @@ impl Measure {
             Self::Corrected => "corrected",
             Self::Limited => "limited",
             Self::CorrectedAndLimited => "corrected, limited",
+            Self::Reallocated => "reallocated",
+            Self::ShutOff => "shut off",
+            Self::ShutOffAndReallocated => "shut off, reallocated",
         }
     }
 }
 
-/// Faults of gages of commissioned plants, each with every measure, divided by the run without the fault.
+/// Faults of components of commissioned plants, each with every measure against it, divided by the run without the fault.
 #[derive(Debug, Clone)]
 pub struct ToleranceCampaign {
     /// The system.
@@ -90,10 +130,12 @@ pub struct ToleranceCampaign {
     pub plants: u64,
     /// Faults per plant.
     pub cases: u64,
-    /// Only this kind.
-    pub kind: Option<FaultKind>,
+    /// The kinds of faults, which take turns.
+    pub kinds: Vec<FaultKind>,
     /// Only in this situation.
     pub situation: Option<Situation>,
+    /// What is done about a fault is done so long after it could be \[s\].
+    pub late_s: f64,
 }
 
 impl ToleranceCampaign {
@@ -101,10 +143,11 @@ impl ToleranceCampaign {
     pub const SITUATIONS: [Situation; 3] =
         [Situation::Alone, Situation::DuringHardOver, Situation::FromTheStart];
 
-    /// The kinds: those of gages.
+    /// The kinds of faults that such components have.
     #[must_use]
-    pub fn kinds() -> Vec<FaultKind> {
-        FaultKind::ALL.into_iter().filter(is_of_gage).collect()
+    pub fn kinds_of(components: ComponentKind) -> Vec<FaultKind> {
+        let is_theirs = |kind: &FaultKind| kind.component_kind() == components;
+        FaultKind::ALL.into_iter().filter(is_theirs).collect()
     }
 }
 
@@ -150,22 +193,21 @@ impl Campaign for ToleranceCampaign {
     ) -> Result<CampaignCase<ToleranceTask>, StudyError> {
         let mut draw = Draw::new(&self.system, FIRST_STREAM | number);
         let seed = draw.generator.next_u64();
-        let of_gages = Self::kinds();
-        let kinds = of_gages.len() as u64;
-        let turn = (number % kinds) as usize;
-        let kind = self.kind.unwrap_or(of_gages[turn]);
-        let round = if self.kind.is_some() { number } else { number / kinds };
+        let kinds = self.kinds.len().max(1) as u64;
+        let kind = self.kinds.get((number % kinds) as usize);
+        let kind = *kind.ok_or(StudyError::NothingToBreak)?;
+        let round = number / kinds;
         let situation = self.situation.unwrap_or(TURNS[(round % TURNS.len() as u64) as usize]);
         let from = Step(self.system.steps(draw.uniform(ONSET_S)));
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
-        let length_m = gage_length_m(&self.system.structure, &component);
-        let fault = draw.harmful(kind, length_m);
+        let fault = draw.harmful(kind, &component);
         let at = if situation == Situation::FromTheStart { Step(0) } else { from };
         let fault = TimedFault { at, until: None, component, fault };
         let hard_over = match situation {
             Situation::DuringHardOver => {
                 let kind = FaultKind::HardOver;
-                let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
+                let taken = [fault.component.clone()];
+                let component = draw.component(kind, &taken).ok_or(StudyError::NothingToBreak)?;
                 let at = from.minus(self.system.steps(draw.uniform(HARD_OVER_BEFORE_S)));
                 Some(TimedFault { at, until: None, component, fault: Fault::of_size(kind, 0.0) })
             }
@@ -182,7 +224,7 @@ impl Campaign for ToleranceCampaign {
         case: &CampaignCase<ToleranceTask>,
         run: &mut CaseRun,
     ) -> Result<ToleranceRow, StudyError> {
-        ToleranceRow::of(case, run, &self.system)
+        ToleranceRow::of(case, run, &self.system, self.system.steps(self.late_s))
     }
 
     fn summarize(&self, rows: &Rows<ToleranceRow>) -> ToleranceSummary {
@@ -198,16 +240,19 @@ impl Campaign for ToleranceCampaign {
     }
 }
 
-fn is_of_gage(kind: &FaultKind) -> bool {
-    kind.component_kind() == vocabulary::ComponentKind::Sensor
-}
-
 impl Draw<'_> {
-    /// A fault of a gage on a member of this length, large enough to do harm where the kind has a size.
-    fn harmful(&mut self, kind: FaultKind, length_m: f64) -> Fault {
+    /// A fault large enough to do harm where the kind has a size.
+    fn harmful(&mut self, kind: FaultKind, component: &ComponentPath) -> Fault {
         const MICROSTRAIN: f64 = 1e-6;
-        let scale = MICROSTRAIN * length_m;
+        let scale = match component.component.kind() {
+            ComponentKind::Sensor => MICROSTRAIN * gage_length_m(&self.system.structure, component),
+            ComponentKind::Actuator => 1.0,
+        };
         match kind {
+            FaultKind::InternalLeakage
+            | FaultKind::ExternalLeakageA
+            | FaultKind::ExternalLeakageB => Fault::of_size(kind, self.log_uniform(LEAKS_M2)),
+            FaultKind::Stiction => Fault::of_size(kind, self.log_uniform(BANDS_M3_PER_S)),
             FaultKind::Bias => {
                 Fault::of_size(kind, self.sign() * scale * self.log_uniform([5.0, 1000.0]))
             }

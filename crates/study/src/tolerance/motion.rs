@@ -1,7 +1,9 @@
 //! The motion of the structure and the work of its cylinders in a run.
 
 use truss::Structure;
+use vocabulary::{ComponentPath, fault::FaultKind};
 
+use crate::draw::components_that_can_have;
 use crate::rig::Rig;
 
 /// The spread of a value about its mean, and how far it gets from it.
@@ -46,8 +48,10 @@ pub struct RunMotion {
     pub rms_top_m: f64,
     /// The largest strain of a gage's member \[m/m\].
     pub peak_strain: f64,
-    /// Root mean square of the cylinders' forces \[N\].
+    /// Root mean square of the forces of the cylinders, without a faulty one \[N\].
     pub rms_force_n: f64,
+    /// The largest demand \[N\], mean included; never relative.
+    pub largest_demand_n: f64,
 }
 
 impl RunMotion {
@@ -58,6 +62,7 @@ impl RunMotion {
             rms_top_m: self.rms_top_m / other.rms_top_m,
             peak_strain: self.peak_strain / other.peak_strain,
             rms_force_n: self.rms_force_n / other.rms_force_n,
+            largest_demand_n: self.largest_demand_n,
         }
     }
 }
@@ -69,14 +74,26 @@ pub(super) struct MotionFollower {
     strains: Vec<Motion>,
     forces: Vec<Motion>,
     lengths_m: Vec<f64>,
+    /// The place of a cylinder whose force does not count.
+    without: Option<usize>,
+    largest_demand_n: f64,
 }
 
 impl MotionFollower {
-    pub(super) fn new(structure: &Structure) -> Self {
+    pub(super) fn new(structure: &Structure, faulty: &ComponentPath) -> Self {
+        let cylinders = components_that_can_have(structure, FaultKind::HardOver);
+        let without = cylinders.iter().position(|cylinder| cylinder == faulty);
         let gages = structure.equipped().flat_map(|module| &module.gages);
         let lengths_m: Vec<f64> = gages.map(|gage| structure.gage_length_m(gage)).collect();
         let strains = vec![Motion::default(); lengths_m.len()];
-        Self { tops: Vec::new(), strains, forces: Vec::new(), lengths_m }
+        Self {
+            tops: Vec::new(),
+            strains,
+            forces: Vec::new(),
+            lengths_m,
+            without,
+            largest_demand_n: 0.0,
+        }
     }
 
     /// Takes the latest step.
@@ -93,8 +110,12 @@ impl MotionFollower {
         let elongations = modules.iter().flat_map(|module| &module.true_elongations_m);
         let strains = elongations.zip(&self.lengths_m).map(|(m, length)| m / length);
         self.strains.iter_mut().zip(strains).for_each(|(motion, strain)| motion.add(strain));
+        let demands = modules.iter().flat_map(|module| &module.demands_n);
+        self.largest_demand_n =
+            demands.fold(self.largest_demand_n, |most, demand| most.max(demand.abs()));
         let forces = rig.diagnosers().iter().flat_map(|one| one.forces_n());
-        forces.enumerate().for_each(|(place, force_n)| add(&mut self.forces, place, *force_n));
+        let forces = forces.enumerate().filter(|(place, _)| Some(*place) != self.without);
+        forces.enumerate().for_each(|(place, (_, force_n))| add(&mut self.forces, place, *force_n));
     }
 
     pub(super) fn finish(&self) -> RunMotion {
@@ -104,6 +125,7 @@ impl MotionFollower {
             rms_top_m: variance(&self.tops).sqrt(),
             peak_strain: peaks.fold(0.0, f64::max),
             rms_force_n: (variance(&self.forces) / self.forces.len().max(1) as f64).sqrt(),
+            largest_demand_n: self.largest_demand_n,
         }
     }
 }

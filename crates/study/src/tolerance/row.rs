@@ -1,9 +1,9 @@
 //! The result of a case: what the fault cost with each measure, and how true the corrected reading was.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use serde::{Deserialize, Serialize};
-use vocabulary::{Component, ComponentPath, ReadingSource, fault::FaultKind};
+use vocabulary::{Component, ComponentPath, IdentifiedKind, ReadingSource, Step, fault::FaultKind};
 
 use super::motion::{MotionFollower, RunMotion};
 use super::{Measure, ToleranceTask};
@@ -49,6 +49,8 @@ pub struct ToleranceRow {
     pub relative: BTreeMap<Measure, RunMotion>,
     /// The largest step of a demand at the verdict, with each measure that corrects \[N\].
     pub demand_step_n: BTreeMap<Measure, f64>,
+    /// Time from the onset until something was done about the cylinder \[s\].
+    pub acted_after_s: Option<f64>,
     /// How true the corrected reading was, where it was used.
     pub corrected: Option<CorrectedError>,
 }
@@ -58,19 +60,25 @@ impl ToleranceRow {
         case: &CampaignCase<ToleranceTask>,
         run: &mut CaseRun,
         system: &System,
+        late_steps: u64,
     ) -> Result<Self, StudyError> {
         let fault = case.faults.first().ok_or(StudyError::NothingToBreak)?;
         let fresh = run.rig.clone();
         let mut rows = BTreeMap::new();
         let healthy = fresh.clone().without_faults_of(&fault.component);
         let without_fault =
-            follow(&mut CaseRun::new(case, healthy, &mut |_, _| Ok(())), case, system)?;
+            follow(&mut CaseRun::new(case, healthy, &mut |_, _| Ok(())), case, system, |_| Ok(()))?;
         let mut demand_step_n = BTreeMap::new();
         let mut corrected = None;
-        for measure in [Measure::Corrected, Measure::Limited, Measure::CorrectedAndLimited] {
+        let mut acted = None;
+        for measure in Measure::against(fault.component.component.kind()) {
+            let measure = *measure;
             let mut rig = fresh.clone();
             if measure.corrects() {
-                rig.correct();
+                rig.correct(late_steps);
+            }
+            if measure.shuts_off() || measure.reallocates() {
+                rig.identify(None);
             }
             if measure.limits() {
                 rig.limit_innovations(LARGEST_INNOVATION);
@@ -80,8 +88,12 @@ impl ToleranceRow {
                 watcher.take(rig);
                 Ok(())
             };
-            let motion = follow(&mut CaseRun::new(case, rig, &mut watch), case, system)?;
+            let mut of_measure = CaseRun::new(case, rig, &mut watch);
+            let mut cylinders =
+                Cylinders { measure, late_steps, seen: 0, due: VecDeque::new(), acted: None };
+            let motion = follow(&mut of_measure, case, system, |run| cylinders.act(run))?;
             rows.insert(measure, motion.over(&without_fault));
+            acted = acted.or(cylinders.acted);
             if measure.corrects() {
                 demand_step_n.insert(measure, watcher.largest_step_n);
             }
@@ -89,7 +101,8 @@ impl ToleranceRow {
                 corrected = watcher.finish(gage_length_m(&system.structure, &fault.component));
             }
         }
-        rows.insert(Measure::Nothing, follow(run, case, system)?.over(&without_fault));
+        let nothing_done = follow(run, case, system, |_| Ok(()))?;
+        rows.insert(Measure::Nothing, nothing_done.over(&without_fault));
         let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
         let verdict = transitions
             .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
@@ -108,6 +121,7 @@ impl ToleranceRow {
             wrong: wrong.filter(is_healthy).collect(),
             relative: rows,
             demand_step_n,
+            acted_after_s: acted.map(|step: Step| step.since(fault.at) as f64 * step_s),
             corrected,
         })
     }
@@ -118,14 +132,56 @@ fn follow(
     run: &mut CaseRun,
     case: &CampaignCase<ToleranceTask>,
     system: &System,
+    mut act: impl FnMut(&mut CaseRun) -> Result<(), StudyError>,
 ) -> Result<RunMotion, StudyError> {
-    let mut follower = MotionFollower::new(&system.structure);
+    let mut follower = MotionFollower::new(&system.structure, &case.faults[0].component);
     while run.step()? {
+        act(run)?;
         if run.rig.plant().next_step() > case.kind.from {
             follower.take(&run.rig);
         }
     }
     Ok(follower.finish())
+}
+
+/// Acts on cylinders that are hard over, once that is decided.
+struct Cylinders {
+    measure: Measure,
+    late_steps: u64,
+    /// So many events of the run.
+    seen: usize,
+    /// What it is to do, and when.
+    due: VecDeque<(Step, ComponentPath)>,
+    /// When it acted first.
+    acted: Option<Step>,
+}
+
+impl Cylinders {
+    fn act(&mut self, run: &mut CaseRun) -> Result<(), StudyError> {
+        let latest = &run.occurrences[self.seen..];
+        self.seen += latest.len();
+        for event in latest {
+            let RigEvent::Identified { module, identification } = event else { continue };
+            let component = identification.component.clone();
+            let kind = identification.decided().map(|candidate| candidate.kind);
+            if kind != Some(IdentifiedKind::Known(FaultKind::HardOver)) {
+                continue;
+            }
+            let due = run.rig.plant().next_step().plus(self.late_steps);
+            self.due.push_back((due, ComponentPath { module: module.clone(), component }));
+        }
+        let now = run.rig.plant().next_step();
+        while let Some((_, cylinder)) = self.due.pop_front_if(|(due, _)| *due <= now) {
+            if self.measure.shuts_off() {
+                run.rig.shut_off(&cylinder)?;
+            }
+            if self.measure.reallocates() {
+                run.rig.reallocate(&cylinder)?;
+            }
+            self.acted.get_or_insert(now);
+        }
+        Ok(())
+    }
 }
 
 /// Follows the corrected reading of the faulty gage, and the demands.

@@ -31,6 +31,10 @@ impl Spread {
         Some(Self { median: at(0.5)?, p95: at(0.95)?, worst: at(1.0)? })
     }
 
+    fn scaled(self, by: f64) -> Self {
+        Self { median: by * self.median, p95: by * self.p95, worst: by * self.worst }
+    }
+
     fn cell(self) -> String {
         format!("{:.2} / {:.2} / {:.2}", self.median, self.p95, self.worst)
     }
@@ -43,8 +47,10 @@ pub struct MeasureRow {
     pub rms_top: Spread,
     /// Peak strain.
     pub peak_strain: Spread,
-    /// Root mean square of the forces.
+    /// Root mean square of the forces of the other cylinders.
     pub rms_force: Spread,
+    /// The largest demand \[N\].
+    pub largest_demand_n: Spread,
 }
 
 /// What each measure leaves in these cases.
@@ -56,7 +62,8 @@ fn measures(rows: &[&ToleranceRow]) -> BTreeMap<Measure, MeasureRow> {
             MeasureRow {
                 rms_top: Spread::of(relative.clone().map(|motion| motion.rms_top_m))?,
                 peak_strain: Spread::of(relative.clone().map(|motion| motion.peak_strain))?,
-                rms_force: Spread::of(relative.map(|motion| motion.rms_force_n))?,
+                rms_force: Spread::of(relative.clone().map(|motion| motion.rms_force_n))?,
+                largest_demand_n: Spread::of(relative.map(|motion| motion.largest_demand_n))?,
             },
         ))
     };
@@ -148,7 +155,9 @@ impl ToleranceSummary {
 
     pub(super) fn tables(&self) -> Vec<Table> {
         let row = |name: String, (measure, row): (&Measure, &MeasureRow)| {
-            let cells = [row.rms_top, row.peak_strain, row.rms_force].map(Spread::cell);
+            let kilonewtons = row.largest_demand_n.scaled(1e-3);
+            let cells =
+                [row.rms_top, row.peak_strain, row.rms_force, kilonewtons].map(Spread::cell);
             [name, measure.words().to_owned()].into_iter().chain(cells).collect::<Vec<_>>()
         };
         let all = self.measures.iter().map(|one| row("all".to_owned(), one));
@@ -156,12 +165,12 @@ impl ToleranceSummary {
             measures.iter().map(move |one| row(kind.words().to_owned(), one))
         });
         let costs = Table::new(
-            "What faults of gages cost, relative to the runs without them",
-            &["", "measure", "rms top", "peak strain", "rms force"],
+            "What faults cost, relative to the runs without them",
+            &["", "measure", "rms top", "peak strain", "rms force", "largest demand kN"],
             all.chain(by_kind).collect(),
         )
         .with_note(format!(
-            "Median / 95 % / worst. The tables are about the {} of {} cases in which the faulty gage and no healthy component \
+            "Median / 95 % / worst. The tables are about the {} of {} cases in which the faulty component and no healthy one \
              was named; this one about single faults that begin in service.",
             self.named, self.cases
         ));
@@ -188,12 +197,7 @@ impl ToleranceSummary {
             "Error against the true elongation. covered: within the 95 % interval. Gages: faults that begin in service.",
         );
         let step = |(measure, spread): (&Measure, &Spread)| {
-            let kilonewtons = Spread {
-                median: spread.median / 1e3,
-                p95: spread.p95 / 1e3,
-                worst: spread.worst / 1e3,
-            };
-            vec![measure.words().to_owned(), kilonewtons.cell()]
+            vec![measure.words().to_owned(), spread.scaled(1e-3).cell()]
         };
         let steps = Table::new(
             "Largest step of a demand at the verdict",
