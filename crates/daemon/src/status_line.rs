@@ -76,7 +76,13 @@ pub(crate) fn of_plant(status: &PlantStatus) -> String {
         1 => "1 fault injected".to_owned(),
         several => format!("{several} faults injected"),
     };
-    format!("{phase}, step {}, {present}, {} steps late", status.next_step, status.late_steps)
+    let without = match status.done_without.len() {
+        0 => String::new(),
+        1 => ", controller does without 1 component".to_owned(),
+        several => format!(", controller does without {several} components"),
+    };
+    let (step, late) = (status.next_step, status.late_steps);
+    format!("{phase}, step {step}, {present}{without}, {late} steps late")
 }
 
 #[cfg(test)]
@@ -176,6 +182,8 @@ mod tests {
             latest_ms: 0.0,
             samples_unsent: 0,
             faults: Vec::new(),
+            done_without: Vec::new(),
+            messages_refused: 0,
             time_unix_ns: 0,
         };
         let waiting = "waiting for the diagnosers of module1 module2, step 0, no fault injected, \
@@ -188,5 +196,9 @@ mod tests {
             fault: vocabulary::fault::Fault::ZeroOutput {},
         }];
         assert_eq!(of_plant(&status), "running, step 12, 1 fault injected, 3 steps late");
+        status.done_without = vec!["module1/sensor/g2".parse().unwrap()];
+        let without = "running, step 12, 1 fault injected, controller does without 1 component, \
+                       3 steps late";
+        assert_eq!(of_plant(&status), without);
     }
 }

@@ -9,8 +9,9 @@ use std::collections::{BTreeMap, VecDeque};
 use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use vocabulary::{
-    Change, Component, ComponentPath, Condition, FaultState, FaultTransition, Identification,
-    Input, ModuleName, ModulePhase, PhaseChange, RunId, Shelving, Unknown,
+    Ability, Change, Component, ComponentPath, Condition, CylinderCapability, FaultState,
+    FaultTransition, Identification, Input, ModuleName, ModulePhase, PhaseChange, RunId, Shelving,
+    Unknown,
 };
 
 use crate::identified_fault::IdentifiedFault;
@@ -176,6 +177,22 @@ impl ComponentStore {
         let inputs: Vec<Input> = self.inputs_since.drain(..).collect();
         inputs.iter().for_each(|input| push_within(&mut self.inputs, input.clone(), INPUTS));
         inputs.into_iter().map(|input| JournalRecord::Input(Box::new(input))).collect()
+    }
+
+    /// What each cylinder can still do, in the order of the channels.
+    pub fn capability(&self) -> impl Iterator<Item = CylinderCapability> {
+        self.own().zip(self.present()).filter_map(|(entry, present)| {
+            let Component::Actuator(name) = &entry.path.component else { return None };
+            let name = name.clone();
+            let ability = match present.state {
+                FaultState::Latched | FaultState::Acknowledged => {
+                    return Some(CylinderCapability::of_faulty(name, entry.fault.latest()));
+                }
+                FaultState::Unknown => Ability::Unknown,
+                _ => Ability::Full,
+            };
+            Some(CylinderCapability { name, ability, decided: true })
+        })
     }
 
     /// The module's latest inputs in the journal, oldest first.

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::encoding::{DecodeError, Message, decode};
 use crate::schema::schema;
 use crate::{
-    ChangeReport, Corrected, Divergences, FaultTransition, FreezeFrame, HistoryPage,
+    Capability, ChangeReport, Corrected, Divergences, FaultTransition, FreezeFrame, HistoryPage,
     Identification, Injected, Injection, Input, ModuleConfiguration, ModuleStatus, Obeyed, Order,
     PhaseChange, PlantStatus, Progress, Refused, Sample, StateAnswer, Stroke, StrokeBegun,
 };
@@ -101,7 +101,7 @@ use Travels::{Published, Querying, Refusing, Replying};
 
 /// All messages, those that are published first.
 #[must_use]
-pub fn catalogue() -> [Entry; 22] {
+pub fn catalogue() -> [Entry; 23] {
     [
         Entry::of::<Sample>(
             "sample",
@@ -117,6 +117,11 @@ pub fn catalogue() -> [Entry; 22] {
             "corrected",
             &[("{module}/corrected", Published)],
             example!("corrected"),
+        ),
+        Entry::of::<Capability>(
+            "capability",
+            &[("{module}/capability", Published)],
+            example!("capability"),
         ),
         Entry::of::<ChangeReport>("change", &[("{module}/change", Published)], example!("change")),
         Entry::of::<FaultTransition>(

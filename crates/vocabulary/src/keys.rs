@@ -35,6 +35,8 @@ pub enum Topic {
     Divergence,
     /// What its gages read, or should read if they are faulty, each step.
     Corrected,
+    /// What its cylinders can still do.
+    Capability,
     /// A divergence crossed its threshold.
     Change,
     /// Transitions of the verdict on one component.
@@ -136,6 +138,7 @@ impl fmt::Display for Topic {
             Topic::Sample => f.write_str("sample"),
             Topic::Divergence => f.write_str("divergence"),
             Topic::Corrected => f.write_str("corrected"),
+            Topic::Capability => f.write_str("capability"),
             Topic::Change => f.write_str("change"),
             Topic::Fault(component) => write!(f, "fault/{component}"),
             Topic::Identification(component) => write!(f, "identification/{component}"),
@@ -178,6 +181,7 @@ impl FromStr for Topic {
             "sample" => Ok(Topic::Sample),
             "divergence" => Ok(Topic::Divergence),
             "corrected" => Ok(Topic::Corrected),
+            "capability" => Ok(Topic::Capability),
             "change" => Ok(Topic::Change),
             "state" => Ok(Topic::State),
             "status" => Ok(Topic::Status),
@@ -286,6 +290,12 @@ impl Watched<'_> {
     #[must_use]
     pub fn corrected(&self) -> String {
         self.expression(&Topic::Corrected.to_string())
+    }
+
+    /// What cylinders can do.
+    #[must_use]
+    pub fn capabilities(&self) -> String {
+        self.expression(&Topic::Capability.to_string())
     }
 
     /// Status of modules, and of the plant unless a module is named.

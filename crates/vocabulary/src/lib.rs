@@ -8,6 +8,7 @@
 //! | `{module}/divergence` | [`Divergences`] |
 //! | `{module}/change` | [`ChangeReport`] |
 //! | `{module}/corrected` | [`Corrected`] |
+//! | `{module}/capability` | [`Capability`] |
 //! | `{module}/fault/actuator/{name}`, `{module}/fault/sensor/{name}` | [`FaultTransition`] |
 //! | `{module}/identification/actuator/{name}`, `{module}/identification/sensor/{name}` | [`Identification`] |
 //! | `{module}/state` | [`StateQuestion`] as parameters, [`StateAnswer`] or [`Refused`] in reply |
@@ -31,6 +32,7 @@
 //! This crate names neither network nor runtime, and no other crate.
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
 
+mod capability;
 pub mod catalogue;
 mod change;
 mod clock_difference;
@@ -76,6 +78,7 @@ mod verdict;
 mod window;
 pub mod words;
 
+pub use capability::{Ability, Capability, CylinderCapability};
 pub use change::{Change, ChangeReport};
 pub use clock_difference::ClockDifference;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};

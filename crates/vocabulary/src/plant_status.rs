@@ -44,6 +44,13 @@ pub struct PlantStatus {
     pub samples_unsent: u64,
     /// Faults that are present.
     pub faults: Vec<PresentFault>,
+    /// Components that its controller does without: gages whose corrected reading it uses, cylinders that the others make up
+    /// for.
+    #[serde(default)]
+    pub done_without: Vec<ComponentPath>,
+    /// Messages on its gages and cylinders that it could not use.
+    #[serde(default)]
+    pub messages_refused: u64,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
 }

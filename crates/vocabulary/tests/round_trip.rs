@@ -8,15 +8,15 @@ use proptest::strategy::ValueTree;
 use serde_json::Value;
 use support::{plain_topics, plant_topics};
 use vocabulary::{
-    ActuatorFault, Alarm, Candidate, Change, ChangeReport, Channel, Component, Condition,
-    Corrected, CorrectedReadings, CylinderMeans, DecodeError, Divergences, Doubt, Evidence,
-    FaultSize, FaultState, FaultTransition, GageMeans, GivenOrder, GivenOrderKind, HistoryPage,
-    Identification, IdentifiedKind, Injected, Injection, JournalStatus, Key, Message, ModuleName,
-    ModulePhase, ModuleStatus, Obeyed, Obstacle, Order, PeerOutcome, PeerStatus, PhaseChange,
-    PlantPhase, PlantStatus, PresentFault, Progress, ReadingSource, Refused, RunId, Sample,
-    Shelving, Signature, SignaturePoint, StateAnswer, StateQuestion, Step, Stroke, StrokeBegun,
-    StructureName, Symptom, Topic, Unknown, VERSION, Verdict, WindowLength, WindowMeans, decode,
-    encode,
+    Ability, ActuatorFault, Alarm, Candidate, Capability, Change, ChangeReport, Channel, Component,
+    Condition, Corrected, CorrectedReadings, CylinderCapability, CylinderMeans, DecodeError,
+    Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageMeans, GivenOrder,
+    GivenOrderKind, HistoryPage, Identification, IdentifiedKind, Injected, Injection,
+    JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Obstacle, Order,
+    PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress,
+    ReadingSource, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer,
+    StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION,
+    Verdict, WindowLength, WindowMeans, decode, encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -386,6 +386,17 @@ fn events_are_read_back() {
         forces_n: vec![Some(12.5), None],
     };
     assert_eq!(back(&corrected), corrected);
+    let capability = Capability {
+        structure: structure(),
+        module: module(),
+        cylinders: vec![CylinderCapability {
+            name: "a1".parse().unwrap(),
+            ability: Ability::HardOver,
+            decided: false,
+        }],
+        time_unix_ns: 9,
+    };
+    assert_eq!(back(&capability), capability);
 }
 
 #[test]
@@ -576,6 +587,8 @@ fn statuses_are_read_back() {
             component: "module1/actuator/a1".parse().unwrap(),
             fault: Fault::HardOver {},
         }],
+        done_without: vec!["module1/actuator/a1".parse().unwrap()],
+        messages_refused: 1,
         time_unix_ns: 10,
     };
     assert_eq!(back(&plant), plant);

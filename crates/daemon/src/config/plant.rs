@@ -41,6 +41,8 @@ struct PlantFile {
     #[serde(default)]
     lock_step: LockStep,
     #[serde(default)]
+    tolerance: ToleranceSettings,
+    #[serde(default)]
     network: Network,
     #[serde(default)]
     health: HealthSettings,
@@ -84,6 +86,32 @@ impl Default for LockStep {
     }
 }
 
+/// The table `[tolerance]`: what the controller does about faults that diagnosers name. Each measure is off unless it is
+/// switched on.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ToleranceSettings {
+    /// It uses corrected readings in place of those of faulty gages.
+    pub corrected_readings: bool,
+    /// It limits what a reading may differ from what it expects to this strain.
+    pub largest_innovation: Option<f64>,
+    /// The other cylinders make up for one that is hard over.
+    pub reallocation: bool,
+    /// A corrected reading is used for so long; then the gage's own is used again \[ms\]: 250.
+    pub stale_after_ms: u64,
+}
+
+impl Default for ToleranceSettings {
+    fn default() -> Self {
+        Self {
+            corrected_readings: false,
+            largest_innovation: None,
+            reallocation: false,
+            stale_after_ms: 250,
+        }
+    }
+}
+
 /// The checked configuration of a plant process.
 #[derive(Debug, Clone)]
 pub struct PlantConfig {
@@ -109,6 +137,8 @@ pub struct PlantConfig {
     pub schedule: Schedule,
     /// How the plant waits for diagnosers.
     pub lock_step: LockStep,
+    /// What the controller does about faults.
+    pub tolerance: ToleranceSettings,
     /// Endpoints to listen on and connect to.
     pub network: Network,
     /// The address that serves health, if any.
@@ -204,6 +234,7 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
         wait_for,
         schedule,
         lock_step: written.lock_step,
+        tolerance: written.tolerance,
         network: written.network,
         health,
     };
@@ -240,12 +271,16 @@ fn waited_for(
     written.wait_for.clone().unwrap_or(equipped)
 }
 
+/// A gage's noise is less, a fault's harm more.
+const LARGEST_INNOVATION: RangeInclusive<f64> = 1e-7..=1e-3;
+
 fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut ConfigErrors) {
     let LockStep { window_steps, timeout_ms } = written.lock_step;
-    let figures: [(&[&str], u64, RangeInclusive<u64>); 3] = [
+    let figures: [(&[&str], u64, RangeInclusive<u64>); 4] = [
         (&["burst_steps"], written.burst_steps, 1..=100),
         (&["lock_step", "window_steps"], window_steps, 1..=2000),
         (&["lock_step", "timeout_ms"], timeout_ms, 100..=3_600_000),
+        (&["tolerance", "stale_after_ms"], written.tolerance.stale_after_ms, 10..=10_000),
     ];
     for (place, value, allowed) in figures {
         if !allowed.contains(&value) {
@@ -254,6 +289,12 @@ fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut Conf
                 format!("`{key}` is {value}; use {} to {}", allowed.start(), allowed.end());
             errors.add(&document.file, document.line(place), problem);
         }
+    }
+    let innovation = written.tolerance.largest_innovation;
+    if let Some(strain) = innovation.filter(|strain| !LARGEST_INNOVATION.contains(strain)) {
+        let problem = format!("`largest_innovation` is {strain}; use a strain of 1e-7 to 1e-3");
+        let place = &["tolerance", "largest_innovation"];
+        errors.add(&document.file, document.line(place), problem);
     }
 }
 

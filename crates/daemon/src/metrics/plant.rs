@@ -33,5 +33,13 @@ pub(super) fn write(status: &PlantStatus, sheet: &mut Sheet<'_>) -> fmt::Result 
     let help = "Samples that the network would not take.";
     sheet.counter("trusswatch_plant_samples_unsent", help, status.samples_unsent)?;
     let help = "Faults that are present, injected or scheduled.";
-    sheet.gauge("trusswatch_plant_faults", help, status.faults.len() as u64)
+    sheet.gauge("trusswatch_plant_faults", help, status.faults.len() as u64)?;
+    let help = "Gages and cylinders that the controller does without.";
+    sheet.gauge(
+        "trusswatch_plant_components_done_without",
+        help,
+        status.done_without.len() as u64,
+    )?;
+    let help = "Messages on gages and cylinders that the controller could not use.";
+    sheet.counter("trusswatch_plant_messages_refused", help, status.messages_refused)
 }

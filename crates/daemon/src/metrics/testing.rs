@@ -118,6 +118,8 @@ pub(crate) fn plant_status(phase: PlantPhase) -> PlantStatus {
             component: "module1/sensor/g2".parse().unwrap(),
             fault: vocabulary::fault::Fault::ZeroOutput {},
         }],
+        done_without: Vec::new(),
+        messages_refused: 0,
         time_unix_ns: 0,
     })
 }

@@ -8,6 +8,7 @@
 //! | `diagnosers` | which diagnosers are present and how far they have come |
 //! | `commands` | faults, repairs and strokes from the network: queued, carried out, answered |
 //! | `agenda` | faults and repairs to come |
+//! | `tolerance` | what the controller does about faults that diagnosers name |
 //! | `sample_publisher` | one module's samples |
 //! | `recent_samples` | the latest of them, for diagnosers that missed some |
 //! | `status` | the status of it all, published, for the service manager and over HTTP |
@@ -22,6 +23,7 @@ mod sample_publisher;
 mod simulation;
 pub(crate) mod source;
 pub(crate) mod status;
+mod tolerance;
 
 use std::sync::Arc;
 
@@ -41,6 +43,7 @@ use shell::supervision::{OPENING, Supervisor};
 use simulation::SimulationLoop;
 use source::{PacedSource, SourceSettings, on_a_thread};
 use status::{PlantHealth, SharedStatus};
+use tolerance::Tolerance;
 
 use crate::config::PlantConfig;
 use crate::status_line;
@@ -73,7 +76,7 @@ pub async fn run(config: PlantConfig, mut shutdown: Shutdown) -> Result<(), Fail
 async fn serve(
     session: &Session,
     config: PlantConfig,
-    plant: ::plant::Plant,
+    mut plant: ::plant::Plant,
     run: RunId,
     (supervisor, status): (Arc<Supervisor>, Arc<SharedStatus>),
     shutdown: Shutdown,
@@ -86,6 +89,10 @@ async fn serve(
         .await
         .map_err(refused)?;
     let replying = tokio::spawn(commands::reply(reply_receiver));
+    let measures = &config.tolerance;
+    let (tolerance, news) = Tolerance::new(measures, config.parameters.step_s, run, &mut plant);
+    let listening =
+        tolerance::subscribe(session, &structure, measures, news).await.map_err(refused)?;
     let settings = SourceSettings {
         structure: structure.clone(),
         run,
@@ -103,12 +110,14 @@ async fn serve(
     tracing::info!(%structure, %run, seed = config.seed, speed = %config.speed, "ready");
     supervisor.ready(&status_line::of_plant(&source.status.read()));
     let agenda = Agenda::from_schedule(&config.schedule);
-    let simulation = SimulationLoop { plant, agenda, commands, replies, steps: config.steps };
+    let steps = config.steps;
+    let simulation = SimulationLoop { plant, agenda, commands, replies, tolerance, steps };
     let ended = on_a_thread("plant", move || simulation.run(source)).await;
     declarations.reporting.abort();
     supervisor.stopping();
     replying.abort();
     declarations.undeclare().await.map_err(refused)?;
+    drop(listening);
     ended?;
     tracing::info!("stopped");
     Ok(())

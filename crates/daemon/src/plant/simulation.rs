@@ -11,6 +11,7 @@ use super::agenda::Agenda;
 use super::commands::{self, CommandReply, PendingCommand};
 use super::source::{PRESENCE_EVERY, PacedSource};
 use super::status::SharedStatus;
+use super::tolerance::Tolerance;
 
 /// Everything that the thread owns beside the source of samples.
 pub(crate) struct SimulationLoop {
@@ -18,6 +19,7 @@ pub(crate) struct SimulationLoop {
     pub(crate) agenda: Agenda,
     pub(crate) commands: Receiver<PendingCommand>,
     pub(crate) replies: mpsc::Sender<CommandReply>,
+    pub(crate) tolerance: Tolerance,
     pub(crate) steps: Option<u64>,
 }
 
@@ -39,6 +41,12 @@ impl SimulationLoop {
             let step = self.plant.next_step();
             if commands::catch_up(&mut self.agenda, &mut self.plant, step) {
                 self.show_faults(&source.status);
+            }
+            if self.tolerance.follow(&mut self.plant) {
+                source.status.update(|status| {
+                    status.done_without = self.tolerance.done_without().cloned().collect();
+                    status.messages_refused = self.tolerance.refused();
+                });
             }
             self.step(&mut source);
             source.advance_to(self.plant.next_step());

@@ -37,6 +37,8 @@ impl SharedStatus {
             latest_ms: 0.0,
             samples_unsent: 0,
             faults: Vec::new(),
+            done_without: Vec::new(),
+            messages_refused: 0,
             time_unix_ns: 0,
         }))
     }

@@ -11,9 +11,10 @@ const ANY: &str = "trusswatch";
 
 /// What a module publishes, but for corrected readings: these follow from the samples, and subscribing to them would make
 /// every module publish them at every step.
-const OF_MODULE: [&str; 11] = [
+const OF_MODULE: [&str; 12] = [
     "sample",
     "divergence",
+    "capability",
     "change",
     "fault/**",
     "identification/**",

@@ -4,11 +4,12 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::{LIMIT, Rig, in_time};
-use daemon::config::{PlantFlags, ScheduledFault, Speed};
+use crate::support::{LIMIT, Rig, first, in_time};
+use daemon::config::{PlantFlags, ScheduledFault, Speed, ToleranceSettings};
 use tokio::sync::mpsc;
 use vocabulary::{
-    Corrected, Message, ModuleName, ReadingSource, RunId, Sample, Step, fault::Fault, keys::Watched,
+    ComponentPath, Corrected, Message, ModuleName, PlantStatus, ReadingSource, RunId, Sample, Step,
+    fault::Fault, keys::Watched,
 };
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -97,4 +98,52 @@ async fn a_faulty_gage_is_replaced_over_the_network() {
     for diagnoser in diagnosers {
         diagnoser.stop().await;
     }
+}
+
+/// Waits until the plant's controller does without these components.
+async fn does_without(observer: &Session, components: &[&ComponentPath]) {
+    let what = format!("a controller without {components:?}");
+    let read = |received: &zenoh::sample::Sample| {
+        let status = vocabulary::decode::<PlantStatus>(&received.payload().to_bytes()).ok()?;
+        status.done_without.iter().eq(components.iter().copied()).then_some(())
+    };
+    first(observer, "trusswatch/*/plant/status", &what, read).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn the_controller_uses_corrected_readings_and_makes_up_for_cylinders_while_it_is_told() {
+    let flags = PlantFlags { speed: Some(Speed::Factor(2.0)), ..PlantFlags::default() };
+    let mut rig = Rig::new("plant.toml", &["module1.toml", "module2.toml"], &flags);
+    let (gage, cylinder): (ComponentPath, ComponentPath) =
+        ("module2/sensor/g3".parse().unwrap(), "module1/actuator/a1".parse().unwrap());
+    let fault = |at: u64, component: &ComponentPath, fault: Fault| ScheduledFault {
+        at_step: Step(at),
+        until_step: None,
+        component: component.clone(),
+        fault,
+    };
+    rig.plant.schedule.faults = vec![
+        fault(ONSET.0, &gage, Fault::Bias { offset_m: OFFSET_M }),
+        fault(ONSET.0 + 4000, &cylinder, Fault::HardOver {}),
+    ];
+    rig.plant.tolerance = ToleranceSettings {
+        corrected_readings: true,
+        largest_innovation: Some(3e-6),
+        reallocation: true,
+        // On a busy machine readings take their time; that a module is silent is noticed a second later.
+        stale_after_ms: 2000,
+    };
+    let diagnosers = [rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let observer = rig.observer().await;
+    let (structure, all) = (rig.plant.structure.name.clone(), rig.modules());
+    session::client::wait_for(&observer, &structure, &all, false, LIMIT).await.unwrap();
+    let plant = rig.start_plant();
+    does_without(&observer, &[&gage]).await;
+    does_without(&observer, &[&cylinder, &gage]).await;
+    // A silent module leaves its gages to themselves, but repairs no cylinder.
+    for diagnoser in diagnosers {
+        diagnoser.stop().await;
+    }
+    does_without(&observer, &[&cylinder]).await;
+    plant.stop().await;
 }

@@ -1,6 +1,6 @@
 //! The result of a case: what the fault cost with each measure, and how true the corrected reading was.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, IdentifiedKind, ReadingSource, Step, fault::FaultKind};
@@ -45,6 +45,12 @@ pub struct ToleranceRow {
     pub named_after_s: Option<f64>,
     /// Healthy components that were named.
     pub wrong: Vec<ComponentPath>,
+    /// Healthy components that were named with any measure.
+    pub wrong_with_measures: BTreeSet<ComponentPath>,
+    /// Largest base wind speed \[m/s\].
+    pub wind_m_per_s: f64,
+    /// The run without the fault.
+    pub without_fault: RunMotion,
     /// The run with each measure, relative to the run without the fault.
     pub relative: BTreeMap<Measure, RunMotion>,
     /// The largest step of a demand at the verdict, with each measure that corrects \[N\].
@@ -68,6 +74,13 @@ impl ToleranceRow {
         let healthy = fresh.clone().without_faults_of(&fault.component);
         let without_fault =
             follow(&mut CaseRun::new(case, healthy, &mut |_, _| Ok(())), case, system, |_| Ok(()))?;
+        let healthy_named = |run: &CaseRun| {
+            let named = run.diagnosed().into_iter().map(|found| found.component);
+            let is_healthy =
+                |path: &ComponentPath| case.faults.iter().all(|fault| fault.component != *path);
+            named.filter(is_healthy).collect::<Vec<_>>()
+        };
+        let mut wrong_with_measures = BTreeSet::new();
         let mut demand_step_n = BTreeMap::new();
         let mut corrected = None;
         let mut acted = None;
@@ -94,6 +107,7 @@ impl ToleranceRow {
             let motion = follow(&mut of_measure, case, system, |run| cylinders.act(run))?;
             rows.insert(measure, motion.over(&without_fault));
             acted = acted.or(cylinders.acted);
+            wrong_with_measures.extend(healthy_named(&of_measure));
             if measure.corrects() {
                 demand_step_n.insert(measure, watcher.largest_step_n);
             }
@@ -106,9 +120,6 @@ impl ToleranceRow {
         let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
         let verdict = transitions
             .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
-        let wrong = run.diagnosed().into_iter().map(|found| found.component);
-        let is_healthy =
-            |path: &ComponentPath| case.faults.iter().all(|fault| fault.component != *path);
         let step_s = system.parameters.step_s;
         Ok(Self {
             kind: case.kind.kind,
@@ -118,7 +129,10 @@ impl ToleranceRow {
             named_after_s: verdict
                 .as_ref()
                 .map(|(_, transition)| transition.decided.since(fault.at) as f64 * step_s),
-            wrong: wrong.filter(is_healthy).collect(),
+            wrong: healthy_named(run),
+            wrong_with_measures,
+            wind_m_per_s: run.rig.plant().conditions().base_speed_m_per_s,
+            without_fault,
             relative: rows,
             demand_step_n,
             acted_after_s: acted.map(|step: Step| step.since(fault.at) as f64 * step_s),

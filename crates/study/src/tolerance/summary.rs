@@ -106,6 +106,8 @@ pub struct ToleranceSummary {
     pub cases: u64,
     /// Cases in which the faulty component and no other was named; the figures are about them.
     pub named: u64,
+    /// Those of them in which a healthy component was named with any measure.
+    pub wrong_with_measures: u64,
     /// What measures leave.
     pub measures: BTreeMap<Measure, MeasureRow>,
     /// The same by kind of fault.
@@ -139,6 +141,10 @@ impl ToleranceSummary {
         Self {
             cases: rows.len() as u64,
             named: right.len() as u64,
+            wrong_with_measures: right
+                .iter()
+                .filter(|row| !row.wrong_with_measures.is_empty())
+                .count() as u64,
             measures: measures(&alone),
             by_kind: kinds.into_iter().map(|(kind, rows)| (kind, measures(&rows))).collect(),
             readings: situations
@@ -161,7 +167,8 @@ impl ToleranceSummary {
             [name, measure.words().to_owned()].into_iter().chain(cells).collect::<Vec<_>>()
         };
         let all = self.measures.iter().map(|one| row("all".to_owned(), one));
-        let by_kind = self.by_kind.iter().flat_map(|(kind, measures)| {
+        let several = self.by_kind.iter().filter(|_| self.by_kind.len() > 1);
+        let by_kind = several.flat_map(|(kind, measures)| {
             measures.iter().map(move |one| row(kind.words().to_owned(), one))
         });
         let costs = Table::new(
@@ -171,8 +178,9 @@ impl ToleranceSummary {
         )
         .with_note(format!(
             "Median / 95 % / worst. The tables are about the {} of {} cases in which the faulty component and no healthy one \
-             was named; this one about single faults that begin in service.",
-            self.named, self.cases
+             was named; this one about single faults that begin in service. With a measure, a healthy component was named in \
+             {} of them.",
+            self.named, self.cases, self.wrong_with_measures
         ));
         let microstrain = |strain: f64| format!("{:.2}", 1e6 * strain);
         let reading = |name: String, row: &ReadingRow| {
@@ -204,6 +212,6 @@ impl ToleranceSummary {
             &["measure", "kN"],
             self.demand_step_n.iter().map(step).collect(),
         );
-        vec![costs, readings, steps]
+        if self.readings.is_empty() { vec![costs] } else { vec![costs, readings, steps] }
     }
 }

@@ -8,6 +8,7 @@ pub fn plain_topics() -> Vec<Topic> {
         Topic::Sample,
         Topic::Divergence,
         Topic::Corrected,
+        Topic::Capability,
         Topic::Change,
         Topic::State,
         Topic::Status,
@@ -25,7 +26,7 @@ pub fn plain_topics() -> Vec<Topic> {
     }
     for topic in &topics {
         match topic {
-            Topic::Sample | Topic::Divergence | Topic::Corrected => {}
+            Topic::Sample | Topic::Divergence | Topic::Corrected | Topic::Capability => {}
             Topic::Change | Topic::State => {}
             Topic::Fault(_) | Topic::Identification(_) => {}
             Topic::Status | Topic::Progress | Topic::Phase | Topic::History | Topic::Alive => {}

@@ -34,6 +34,7 @@ const fn target(name: &'static str, check: fn(&[u8])) -> Target {
 pub const TARGETS: &[Target] = &[
     target("message_change", message::check::<vocabulary::ChangeReport>),
     target("message_configuration", message::check::<vocabulary::ModuleConfiguration>),
+    target("message_capability", message::check::<vocabulary::Capability>),
     target("message_corrected", message::check::<vocabulary::Corrected>),
     target("message_divergences", message::check::<vocabulary::Divergences>),
     target("message_fault_transition", message::check::<vocabulary::FaultTransition>),

@@ -29,7 +29,8 @@ use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use vocabulary::{
-    Component, ComponentPath, ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress, Step,
+    Capability, Component, ComponentPath, CylinderCapability, ModulePhase, ModuleStatus, OrderKind,
+    PhaseChange, Progress, Step,
 };
 
 pub(crate) use actions::ActionExecutor;
@@ -109,6 +110,7 @@ pub(crate) struct DiagnosisLoop {
     resynchronised: Occurrences,
     last_watch: Option<WatchedSteps>,
     last_status: Option<Instant>,
+    last_capability: Vec<CylinderCapability>,
     last_progress: Option<(Progress, Instant)>,
 }
 
@@ -141,6 +143,7 @@ impl DiagnosisLoop {
             resynchronised: Occurrences::default(),
             last_watch,
             last_status: None,
+            last_capability: Vec::new(),
             last_progress: None,
         }
     }
@@ -408,6 +411,7 @@ impl DiagnosisLoop {
         }
         self.tell_phase();
         self.tell_monitored();
+        self.tell_capability(false);
         self.end_shelvings();
         self.ask_again(now);
         self.give_up_questions(now);
@@ -417,6 +421,7 @@ impl DiagnosisLoop {
         let due = self.last_status.is_none_or(|last| now.duration_since(last) >= every);
         if due || std::mem::take(&mut self.executor.status_is_due) {
             self.send_status(samples.len());
+            self.tell_capability(true);
             self.last_status = Some(now);
         }
     }
@@ -440,6 +445,18 @@ impl DiagnosisLoop {
         let reason = self.staleness.monitored_in_words(self.diagnoser.components().len());
         let not_monitored = self.staleness.not_monitored();
         self.publish_phase(Some(ModulePhase::InService), not_monitored, reason, since);
+    }
+
+    /// Publishes what cylinders can do when that changes, or when it is due.
+    fn tell_capability(&mut self, due: bool) {
+        let cylinders: Vec<_> = self.shared.store.lock().components.capability().collect();
+        if cylinders == self.last_capability && !due {
+            return;
+        }
+        self.last_capability.clone_from(&cylinders);
+        let Speaker { structure, module, .. } = self.executor.speaker.clone();
+        let message = Capability { structure, module, cylinders, time_unix_ns: clock::unix_ns() };
+        self.executor.outbox.routine(Routine::Capability(message));
     }
 
     fn moment(&self) -> ClockReading {

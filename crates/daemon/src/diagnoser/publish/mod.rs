@@ -4,7 +4,7 @@
 //! | file | publishes |
 //! |---|---|
 //! | `events` | what must not be lost, once the disk has it: transitions, identifications, changes, phases, inputs |
-//! | `routine` | what is superseded soon: divergences, corrected readings, progress, status; replies to peers and refusals |
+//! | `routine` | what is superseded soon: divergences, corrected readings, capability, progress, status; replies to peers and refusals |
 //! | `inputs` | keeps the latest inputs for those who missed them |
 
 mod events;

@@ -1,4 +1,4 @@
-//! Answers, divergences, corrected readings, status and progress, in order, on a thread of its own: none of them waits for
+//! Answers, divergences, corrected readings, capability, status and progress, in order, on a thread of its own: none of them waits for
 //! the disk, and none is worth waiting for the network.
 
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use shell::supervision::Lane;
 use tokio::sync::mpsc;
 use vocabulary::{
-    Corrected, Divergences, InquiryCounters, ModuleStatus, Progress, StateAnswer, Topic,
+    Capability, Corrected, Divergences, InquiryCounters, ModuleStatus, Progress, StateAnswer, Topic,
 };
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
@@ -26,6 +26,8 @@ pub(crate) enum Routine {
     Divergences(Divergences),
     /// Corrected readings.
     Corrected(Corrected),
+    /// What cylinders can do.
+    Capability(Capability),
     /// Status.
     Status(Box<ModuleStatus>),
     /// Progress.
@@ -50,6 +52,7 @@ pub(crate) enum Routine {
 pub(crate) struct RoutinePublisher {
     divergences: Publisher<'static>,
     corrected: Publisher<'static>,
+    capability: Publisher<'static>,
     status: Publisher<'static>,
     progress: Publisher<'static>,
     audiences: Audiences,
@@ -76,6 +79,7 @@ impl RoutinePublisher {
     ) -> zenoh::Result<Self> {
         let divergences = publisher(session, speaker.key(Topic::Divergence)).await?;
         let corrected = publisher(session, speaker.key(Topic::Corrected)).await?;
+        let capability = publisher(session, speaker.key(Topic::Capability)).await?;
         let progress = publisher(session, speaker.key(Topic::Progress)).await?;
         let audiences = Audiences {
             divergences: Audience::of(&divergences).await?,
@@ -83,7 +87,7 @@ impl RoutinePublisher {
             progress: Audience::of(&progress).await?,
         };
         let status = publisher(session, speaker.key(Topic::Status)).await?;
-        Ok(Self { divergences, corrected, status, progress, audiences, inquiries })
+        Ok(Self { divergences, corrected, capability, status, progress, audiences, inquiries })
     }
 
     /// The subscribers.
@@ -106,6 +110,9 @@ impl RoutinePublisher {
                 put(&message, |bytes| self.divergences.put(bytes).wait());
             }
             Routine::Corrected(message) => put(&message, |bytes| self.corrected.put(bytes).wait()),
+            Routine::Capability(message) => {
+                put(&message, |bytes| self.capability.put(bytes).wait());
+            }
             Routine::Status(message) => put(&*message, |bytes| self.status.put(bytes).wait()),
             Routine::Progress(message) => put(&message, |bytes| self.progress.put(bytes).wait()),
             Routine::Answer { query, answer } => {

@@ -1,0 +1,380 @@
+//! What the controller does about faults that diagnosers name: it uses what a faulty gage should read in place of what it
+//! reads, and lets the other cylinders make up for one that is hard over.
+//!
+//! A module that falls silent leaves its gages to themselves: the controller uses their own readings again. The limit on
+//! innovations needs no diagnoser. What is known of a cylinder stays, because silence repairs none.
+
+use std::collections::BTreeSet;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::time::Instant;
+
+use plant::Plant;
+use shell::occurrences::Occurrences;
+use vocabulary::{
+    Ability, Capability, Component, ComponentPath, Corrected, CorrectedReadings, Key, Message,
+    ModuleName, ReadingSource, RunId, Step, StructureName, Topic, keys::Watched,
+};
+use zenoh::Session;
+use zenoh::pubsub::Subscriber;
+
+use crate::config::ToleranceSettings;
+
+/// Messages that wait for the next step; further ones are dropped.
+const QUEUE: usize = 4096;
+
+/// What a module says of its components.
+#[derive(Debug)]
+pub(crate) enum News {
+    /// Of its gages.
+    Readings(Corrected),
+    /// Of its cylinders.
+    Cylinders(Capability),
+}
+
+/// A message, or why it is none.
+pub(crate) type Heard = Result<News, String>;
+
+/// What the controller is told, and what it makes of it.
+#[derive(Debug)]
+pub(crate) struct Tolerance {
+    run: RunId,
+    /// A reading is used for so many steps.
+    fresh_steps: u64,
+    news: Receiver<Heard>,
+    modules: Vec<KnownModule>,
+    done_without: BTreeSet<ComponentPath>,
+    refused: u64,
+    refusals: Occurrences,
+}
+
+#[derive(Debug)]
+struct KnownModule {
+    module: ModuleName,
+    /// In the order of its samples.
+    gages: Vec<ComponentPath>,
+    cylinders: Vec<ComponentPath>,
+    /// What its gages should read, as of when.
+    readings: Option<(Step, CorrectedReadings)>,
+}
+
+impl Tolerance {
+    /// For a plant, whose innovations are limited from now on if that is wanted; and where the news goes.
+    pub(crate) fn new(
+        settings: &ToleranceSettings,
+        step_s: f64,
+        run: RunId,
+        plant: &mut Plant,
+    ) -> (Self, SyncSender<Heard>) {
+        plant.limit_innovations(settings.largest_innovation);
+        let (sender, news) = sync_channel(QUEUE);
+        let components = |module: &ModuleName, is_gage: bool| {
+            let own = plant.components().filter(|path| path.module == *module);
+            let alike =
+                own.filter(|path| matches!(path.component, Component::Sensor(_)) == is_gage);
+            alike.cloned().collect()
+        };
+        let known = |module: &ModuleName| KnownModule {
+            module: module.clone(),
+            gages: components(module, true),
+            cylinders: components(module, false),
+            readings: None,
+        };
+        let tolerance = Self {
+            run,
+            fresh_steps: (settings.stale_after_ms as f64 * 1e-3 / step_s).round() as u64,
+            news,
+            modules: plant.modules().map(known).collect(),
+            done_without: BTreeSet::new(),
+            refused: 0,
+            refusals: Occurrences::default(),
+        };
+        (tolerance, sender)
+    }
+
+    /// Takes what has come, and lets the controller act on it from the next step on. Has anything changed but values?
+    pub(crate) fn follow(&mut self, plant: &mut Plant) -> bool {
+        let (known, refused) = (self.done_without.clone(), self.refused);
+        while let Ok(news) = self.news.try_recv() {
+            if let Err(why) = news.and_then(|news| self.take(news, plant)) {
+                self.refused += 1;
+                if let Some(times) = self.refusals.note(Instant::now()) {
+                    tracing::warn!(times, "the controller ignores a message: {why}");
+                }
+            }
+        }
+        self.replace(plant);
+        known != self.done_without || refused != self.refused
+    }
+
+    /// The components that the controller does without.
+    pub(crate) fn done_without(&self) -> impl Iterator<Item = &ComponentPath> {
+        self.done_without.iter()
+    }
+
+    /// Messages that could not be used.
+    pub(crate) fn refused(&self) -> u64 {
+        self.refused
+    }
+
+    fn take(&mut self, news: News, plant: &mut Plant) -> Result<(), String> {
+        let module = match &news {
+            News::Readings(message) if message.run != self.run => return Ok(()),
+            News::Readings(message) => &message.module,
+            News::Cylinders(message) => &message.module,
+        };
+        let known = self.modules.iter_mut().find(|known| known.module == *module);
+        let known = known.ok_or_else(|| format!("`{module}` has nothing that it controls"))?;
+        match news {
+            News::Readings(message) => known.take_readings(message, plant.next_step()),
+            News::Cylinders(message) => {
+                let lost = known.lost(&message)?;
+                for (cylinder, is_lost) in known.cylinders.clone().into_iter().zip(lost) {
+                    if is_lost == self.done_without.contains(&cylinder) {
+                        continue;
+                    }
+                    plant.reallocate(&cylinder, is_lost).map_err(|error| error.to_string())?;
+                    self.note(cylinder, is_lost, plant.next_step());
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Gives the controller what gages should read, as far as that is known.
+    fn replace(&mut self, plant: &mut Plant) {
+        let next_step = plant.next_step();
+        let mut changed = Vec::new();
+        for known in &self.modules {
+            let readings = known.readings.as_ref();
+            let fresh = readings.filter(|(step, _)| next_step.since(*step) <= self.fresh_steps);
+            for (place, gage) in known.gages.iter().enumerate() {
+                let replaced_m = fresh.and_then(|(_, readings)| {
+                    readings.elongations_m[place]
+                        .filter(|_| readings.source[place] == ReadingSource::Replaced)
+                });
+                let was_replaced = self.done_without.contains(gage);
+                if replaced_m.is_none() && !was_replaced {
+                    continue;
+                }
+                if let Err(error) = plant.replace_reading(gage, replaced_m) {
+                    tracing::error!("{error}");
+                }
+                if was_replaced != replaced_m.is_some() {
+                    changed.push((gage.clone(), replaced_m.is_some()));
+                }
+            }
+        }
+        for (gage, is_lost) in changed {
+            self.note(gage, is_lost, next_step);
+        }
+    }
+
+    fn note(&mut self, component: ComponentPath, is_lost: bool, step: Step) {
+        let does = if is_lost { "does without it" } else { "uses it again" };
+        tracing::info!(%component, %step, "the controller {does}");
+        if is_lost {
+            self.done_without.insert(component);
+        } else {
+            self.done_without.remove(&component);
+        }
+    }
+}
+
+impl KnownModule {
+    /// Takes readings that may be true: for every gage, as of a step that was measured, within their intervals.
+    fn take_readings(&mut self, message: Corrected, next_step: Step) -> Result<(), String> {
+        let Corrected { step, readings, .. } = message;
+        let (module, gages) = (&self.module, self.gages.len());
+        let CorrectedReadings { elongations_m, low_m, high_m, source } = &readings;
+        let counts = [elongations_m.len(), low_m.len(), high_m.len(), source.len()];
+        if counts != [gages; 4] {
+            return Err(format!("readings of `{module}` have {counts:?} entries, not {gages}"));
+        }
+        if step >= next_step {
+            return Err(format!("readings of `{module}` are of step {step}, which is to come"));
+        }
+        let within = elongations_m.iter().zip(low_m.iter().zip(high_m));
+        let is_within = |(value, (low, high)): (&Option<f64>, (&Option<f64>, &Option<f64>))| {
+            value.is_none_or(|value| *low <= Some(value) && Some(value) <= *high)
+        };
+        if !within.clone().all(is_within) {
+            return Err(format!("readings of `{module}` are not within their intervals"));
+        }
+        if self.readings.as_ref().is_none_or(|(latest, _)| *latest < step) {
+            self.readings = Some((step, readings));
+        }
+        Ok(())
+    }
+
+    /// Which of its cylinders are of no use to the controller.
+    fn lost(&self, message: &Capability) -> Result<Vec<bool>, String> {
+        let said = message.cylinders.iter().map(|said| Component::Actuator(said.name.clone()));
+        if !said.eq(self.cylinders.iter().map(|path| path.component.clone())) {
+            return Err(format!("`{}` has other cylinders than it says", self.module));
+        }
+        let lost = |said: &vocabulary::CylinderCapability| {
+            said.decided && said.ability == Ability::HardOver
+        };
+        Ok(message.cylinders.iter().map(lost).collect())
+    }
+}
+
+/// Listens to what the settings ask for.
+pub(crate) async fn subscribe(
+    session: &Session,
+    structure: &StructureName,
+    settings: &ToleranceSettings,
+    news: SyncSender<Heard>,
+) -> zenoh::Result<Vec<Subscriber<()>>> {
+    let watched = Watched { structure: Some(structure), module: None };
+    let mut subscribers = Vec::new();
+    if settings.corrected_readings {
+        let key = |message: &Corrected| {
+            Key::of_module(&message.structure, &message.module, Topic::Corrected)
+        };
+        let all = watched.corrected();
+        subscribers.push(listen(session, all, news.clone(), key, News::Readings).await?);
+    }
+    if settings.reallocation {
+        let key = |message: &Capability| {
+            Key::of_module(&message.structure, &message.module, Topic::Capability)
+        };
+        let all = watched.capabilities();
+        subscribers.push(listen(session, all, news.clone(), key, News::Cylinders).await?);
+    }
+    Ok(subscribers)
+}
+
+/// Listens to messages whose own key is the one that they came on: nobody speaks for another module.
+async fn listen<M: Message + 'static>(
+    session: &Session,
+    expression: String,
+    news: SyncSender<Heard>,
+    key: fn(&M) -> Key,
+    of: fn(M) -> News,
+) -> zenoh::Result<Subscriber<()>> {
+    let callback = move |sample: zenoh::sample::Sample| {
+        let message = vocabulary::decode::<M>(&sample.payload().to_bytes());
+        let read = match message {
+            Ok(message) if key(&message).to_string() == sample.key_expr().as_str() => {
+                Ok(of(message))
+            }
+            Ok(message) => Err(format!("it is of `{}`", key(&message))),
+            Err(error) => Err(error.to_string()),
+        };
+        // What comes too fast is superseded.
+        let _ = news.try_send(read);
+    };
+    session.declare_subscriber(expression).callback(callback).await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::{PlantFlags, load_plant};
+    use vocabulary::CylinderCapability;
+
+    const GAGE: &str = "module1/sensor/g2";
+    const CYLINDER: &str = "module1/actuator/a1";
+
+    /// The shipped tower, and what reaches its controller.
+    fn rig() -> (Plant, Tolerance, SyncSender<Heard>) {
+        let file =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/plant.toml");
+        let mut plant = load_plant(&file, &PlantFlags::default()).unwrap().make_plant().unwrap();
+        let settings = ToleranceSettings { stale_after_ms: 10, ..ToleranceSettings::default() };
+        let (tolerance, news) = Tolerance::new(&settings, 1e-3, RunId(1), &mut plant);
+        (plant, tolerance, news)
+    }
+
+    fn readings(step: u64, source: ReadingSource) -> Corrected {
+        let mut readings = CorrectedReadings::default();
+        (0..8).for_each(|gage| {
+            readings.push(1e-5, 1e-6, if gage == 1 { source } else { ReadingSource::Own });
+        });
+        Corrected {
+            structure: "tower".parse().unwrap(),
+            module: "module1".parse().unwrap(),
+            run: RunId(1),
+            step: Step(step),
+            time_unix_ns: 0,
+            readings,
+            forces_n: vec![Some(0.0); 4],
+        }
+    }
+
+    fn capability(ability: Ability, decided: bool) -> News {
+        let cylinder = |name: &str| CylinderCapability {
+            name: name.parse().unwrap(),
+            ability: if name == "a1" { ability } else { Ability::Full },
+            decided,
+        };
+        News::Cylinders(Capability {
+            structure: "tower".parse().unwrap(),
+            module: "module1".parse().unwrap(),
+            cylinders: ["a1", "a2", "a3", "a4"].map(cylinder).into(),
+            time_unix_ns: 0,
+        })
+    }
+
+    fn without(tolerance: &Tolerance) -> Vec<String> {
+        tolerance.done_without().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_corrected_reading_is_used_while_it_comes() {
+        let (mut plant, mut tolerance, news) = rig();
+        let mut step = |plant: &mut Plant, said: Option<Corrected>| {
+            plant.advance();
+            said.into_iter().for_each(|said| news.send(Ok(News::Readings(said))).unwrap());
+            let changed = tolerance.follow(plant);
+            (changed, without(&tolerance))
+        };
+        let replaced = |step| Some(readings(step, ReadingSource::Replaced));
+        assert_eq!(step(&mut plant, replaced(0)), (true, vec![GAGE.to_owned()]));
+        for _ in 1..10 {
+            assert_eq!(step(&mut plant, None), (false, vec![GAGE.to_owned()]));
+        }
+        assert_eq!(step(&mut plant, None), (true, vec![]), "what it should read is too old");
+        assert_eq!(step(&mut plant, replaced(11)), (true, vec![GAGE.to_owned()]));
+        let own = Some(readings(12, ReadingSource::Own));
+        assert_eq!(step(&mut plant, own), (true, vec![]));
+        // An earlier message that comes late changes nothing, and neither does one of another run.
+        assert_eq!(step(&mut plant, replaced(11)), (false, vec![]));
+        let other = replaced(13).map(|said| Corrected { run: RunId(2), ..said });
+        assert_eq!(step(&mut plant, other), (false, vec![]));
+        assert_eq!(tolerance.refused(), 0);
+    }
+
+    #[test]
+    fn readings_that_cannot_be_true_are_refused_and_counted() {
+        let (mut plant, mut tolerance, news) = rig();
+        plant.advance();
+        let replaced = |step| readings(step, ReadingSource::Replaced);
+        let (mut short, mut outside) = (replaced(0), replaced(0));
+        short.readings.source.pop();
+        outside.readings.high_m[1] = Some(0.0);
+        let unknown = Corrected { module: "module9".parse().unwrap(), ..replaced(0) };
+        for said in [short, outside, unknown, replaced(1)] {
+            news.send(Ok(News::Readings(said))).unwrap();
+        }
+        news.send(Err("no JSON".into())).unwrap();
+        assert!(tolerance.follow(&mut plant));
+        assert_eq!((tolerance.refused(), without(&tolerance)), (5, vec![]));
+    }
+
+    #[test]
+    fn others_make_up_for_a_cylinder_that_is_known_to_be_hard_over() {
+        let (mut plant, mut tolerance, news) = rig();
+        for (said, expected) in [
+            (capability(Ability::HardOver, false), vec![]),
+            (capability(Ability::HardOver, true), vec![CYLINDER.to_owned()]),
+            (capability(Ability::Leaking, true), vec![]),
+        ] {
+            news.send(Ok(said)).unwrap();
+            tolerance.follow(&mut plant);
+            assert_eq!(without(&tolerance), expected);
+        }
+        assert_eq!(tolerance.refused(), 0);
+    }
+}
