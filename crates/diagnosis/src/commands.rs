@@ -1,7 +1,7 @@
 //! Commands of operators: when they are accepted, and what follows.
 
 use vocabulary::words::departure;
-use vocabulary::{Component, Step};
+use vocabulary::{Component, ComponentKind, Step};
 
 use crate::diagnoser::Diagnoser;
 use crate::event::Action;
@@ -29,10 +29,15 @@ impl Diagnoser {
             GivenOrderKind::Acknowledge => self.acknowledge(channel, component)?,
             GivenOrderKind::Reset { force } => self.reset(channel, component, force)?,
             GivenOrderKind::ReTare => self.re_tare(channel, component)?,
+            GivenOrderKind::ShutOff { .. } => {
+                self.check_shut_off(channel, component)?;
+                return self.set_aside(channel, given, actions);
+            }
             GivenOrderKind::Shelve(_)
             | GivenOrderKind::Unshelve
             | GivenOrderKind::Suppress(_)
             | GivenOrderKind::Unsuppress
+            | GivenOrderKind::PutBack
             | GivenOrderKind::Lapse { .. } => return self.set_aside(channel, given, actions),
         };
         let now = (self.run(), self.last_step().unwrap_or_default());
@@ -40,7 +45,7 @@ impl Diagnoser {
         Ok(self.next_sequence() - 1)
     }
 
-    /// Whether the alarm counts, which no verdict depends on.
+    /// Whether the alarm counts, and whether a cylinder is shut off, which no verdict depends on.
     fn set_aside(
         &mut self,
         channel: usize,
@@ -53,6 +58,19 @@ impl Diagnoser {
         let sequence = transition.sequence;
         actions.push(Action::Publish(transition));
         Ok(sequence)
+    }
+
+    /// Nothing but a cylinder is shut off, and none whose fault is not declared: an explained change is none.
+    fn check_shut_off(&self, channel: usize, component: Component) -> Result<(), OrderRefusal> {
+        if component.kind() != ComponentKind::Actuator {
+            return Err(OrderRefusal::NotACylinder(component));
+        }
+        let verdict = self.judging.ledger.verdict(channel);
+        let state = verdict.as_str();
+        verdict
+            .is_latched()
+            .then_some(())
+            .ok_or(OrderRefusal::NothingToShutOff { component, state })
     }
 
     fn acknowledge(&self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {
@@ -94,6 +112,10 @@ impl Diagnoser {
         force: bool,
     ) -> Result<(), OrderRefusal> {
         let component = component.clone();
+        let latest = self.judging.ledger.latest(&component);
+        if !force && latest.is_some_and(|latest| latest.shut_off.is_some()) {
+            return Err(OrderRefusal::ShutOff(component));
+        }
         match self.judging.ledger.verdict(channel) {
             Verdict::Latched if !force => Err(OrderRefusal::NotAcknowledged(component)),
             Verdict::Latched | Verdict::Acknowledged | Verdict::Unconfirmed { .. } => Ok(()),

@@ -4,7 +4,7 @@ use vocabulary::{Component, ComponentPath, ModuleName, RunId, Step};
 
 use crate::isolation::Case;
 use crate::order::OrderRefusal;
-use crate::shelving::aside_after;
+use crate::shelving::set_aside;
 use crate::verdict::Transition;
 use vocabulary::{Alarm, Doubt, Evidence, GivenOrder, Symptom, Verdict};
 
@@ -94,6 +94,7 @@ impl ComponentVerdict {
             verdict_order: None,
             shelved: self.latest.as_ref().and_then(|latest| latest.shelved.clone()),
             suppressed: self.latest.as_ref().and_then(|latest| latest.suppressed.clone()),
+            shut_off: self.latest.as_ref().and_then(|latest| latest.shut_off.clone()),
         }
     }
 }
@@ -289,7 +290,7 @@ impl Ledger {
         Some(latest.clone())
     }
 
-    /// Sets the alarm of a component aside, or lets it count again. The verdict stays what it is; run (0 before the first
+    /// Sets the alarm of a component aside, or lets it count again; shuts a cylinder off, or puts it back. The verdict stays what it is; run (0 before the first
     /// sample), step and evidence are what there is to say of it where it never had a transition.
     ///
     /// # Errors
@@ -308,10 +309,9 @@ impl Ledger {
                 Detection { detection: now, ..Detection::new(Symptom::default(), now, evidence) };
             entry.transition((0, run), entry.verdict.clone(), now, found)
         });
-        let (shelved, suppressed) = aside_after(&before, &order)?;
-        let (order, verdict_order) = (Some(order), before.command().cloned().map(Box::new));
-        let transition =
-            Transition { sequence, order, verdict_order, shelved, suppressed, ..before };
+        let verdict_order = before.command().cloned().map(Box::new);
+        let after = set_aside(before, &order)?;
+        let transition = Transition { sequence, order: Some(order), verdict_order, ..after };
         entry.latest = Some(transition.clone());
         self.sequence = sequence;
         Ok(transition)

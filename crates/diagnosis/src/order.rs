@@ -35,6 +35,23 @@ pub enum OrderRefusal {
         /// Its state.
         state: &'static str,
     },
+    /// A gage cannot be shut off.
+    #[error("`{0}` is no cylinder; only a cylinder can be shut off")]
+    NotACylinder(Component),
+    /// A cylinder without a fault stays in service.
+    #[error("`{component}` {}; only a cylinder with a latched fault can be shut off", standing(.state))]
+    NothingToShutOff {
+        /// The component.
+        component: Component,
+        /// Its state.
+        state: &'static str,
+    },
+    /// There is nothing to put back.
+    #[error("`{0}` is not shut off")]
+    NotShutOff(Component),
+    /// It would not be monitored after a reset.
+    #[error("`{0}` is shut off; put it back first, or force the reset")]
+    ShutOff(Component),
     /// There is nothing to unshelve.
     #[error("`{0}` is not shelved")]
     NotShelved(Component),

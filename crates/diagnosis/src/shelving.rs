@@ -1,7 +1,7 @@
-//! Alarms shelved by an operator, or suppressed while their module is maintained (ISA-18.2). The verdict does not
-//! depend on this property.
+//! Alarms shelved by an operator, or suppressed while their module is maintained (ISA-18.2), and cylinders that are shut
+//! off. The verdict does not depend on these properties.
 
-use vocabulary::{GivenOrder, GivenOrderKind, Shelving, Span};
+use vocabulary::{Component, GivenOrder, GivenOrderKind, Shelving, Span};
 
 use crate::order::OrderRefusal;
 use crate::verdict::Transition;
@@ -13,32 +13,48 @@ fn shelving(given: &GivenOrder, span: Span) -> Shelving {
     Shelving { since_unix_ns, until_unix_ns, by, on_behalf_of, reason: note.unwrap_or_default() }
 }
 
-/// The shelving or suppression of an alarm, if any.
-type Aside = Option<Box<Shelving>>;
-
-/// Whether a component is shelved, and whether it is suppressed, after an order about that.
-pub(crate) fn aside_after(
-    before: &Transition,
+/// A component's latest transition after an order that its verdict does not depend on.
+pub(crate) fn set_aside(
+    mut before: Transition,
     order: &GivenOrder,
-) -> Result<(Aside, Aside), OrderRefusal> {
-    let Transition { component, shelved, suppressed, .. } = before.clone();
-    match order.kind {
-        GivenOrderKind::Shelve(span) => Ok((Some(Box::new(shelving(order, span))), suppressed)),
-        GivenOrderKind::Suppress(span) => Ok((shelved, Some(Box::new(shelving(order, span))))),
-        GivenOrderKind::Unshelve if shelved.is_some() => Ok((None, suppressed)),
-        GivenOrderKind::Unshelve => Err(OrderRefusal::NotShelved(component)),
-        GivenOrderKind::Unsuppress if suppressed.is_some() => Ok((shelved, None)),
-        GivenOrderKind::Unsuppress => Err(OrderRefusal::NotSuppressed(component)),
+) -> Result<Transition, OrderRefusal> {
+    let Transition { shelved, suppressed, shut_off, .. } = &mut before;
+    let refusal = match order.kind {
+        GivenOrderKind::Shelve(span) => {
+            *shelved = Some(Box::new(shelving(order, span)));
+            None
+        }
+        GivenOrderKind::Suppress(span) => {
+            *suppressed = Some(Box::new(shelving(order, span)));
+            None
+        }
+        GivenOrderKind::ShutOff { .. } => {
+            *shut_off = Some(Box::new(order.clone()));
+            None
+        }
+        GivenOrderKind::Unshelve => none_taken(shelved, OrderRefusal::NotShelved),
+        GivenOrderKind::Unsuppress => none_taken(suppressed, OrderRefusal::NotSuppressed),
+        GivenOrderKind::PutBack => none_taken(shut_off, OrderRefusal::NotShutOff),
         GivenOrderKind::Lapse { now_unix_ns } => {
-            let left_of =
-                |aside: &Aside| aside.clone().filter(|aside| !aside.span().is_over(now_unix_ns));
-            let left = (left_of(&shelved), left_of(&suppressed));
-            let has_lapsed = left != (shelved, suppressed);
-            has_lapsed.then_some(left).ok_or(OrderRefusal::NothingIsOver(component))
+            let lapse = |aside: &mut Option<Box<Shelving>>| {
+                aside.take_if(|aside| aside.span().is_over(now_unix_ns)).is_some()
+            };
+            let lapsed = [lapse(shelved), lapse(suppressed)].contains(&true);
+            (!lapsed).then_some(OrderRefusal::NothingIsOver as fn(Component) -> OrderRefusal)
         }
         // These are about the verdict.
-        GivenOrderKind::Acknowledge | GivenOrderKind::ReTare | GivenOrderKind::Reset { .. } => {
-            Ok((shelved, suppressed))
-        }
+        GivenOrderKind::Acknowledge | GivenOrderKind::ReTare | GivenOrderKind::Reset { .. } => None,
+    };
+    match refusal {
+        Some(refusal) => Err(refusal(before.component)),
+        None => Ok(before),
     }
+}
+
+/// Ends it; the refusal if there is nothing to end.
+fn none_taken<T>(
+    present: &mut Option<T>,
+    refusal: fn(Component) -> OrderRefusal,
+) -> Option<fn(Component) -> OrderRefusal> {
+    present.take().is_none().then_some(refusal)
 }

@@ -42,6 +42,8 @@ pub struct Transition {
     pub shelved: Option<Box<Shelving>>,
     /// The suppression of its alarm while its module is maintained, if suppressed. No verdict depends on it.
     pub suppressed: Option<Box<Shelving>>,
+    /// If it is a cylinder that is shut off: the command. No verdict depends on it.
+    pub shut_off: Option<Box<GivenOrder>>,
 }
 
 impl Transition {
@@ -52,7 +54,7 @@ impl Transition {
     }
 
     /// The command that led to the verdict, by this transition or by an earlier one since when nothing but the alarm's
-    /// shelving changed.
+    /// shelving or a shut-off changed.
     #[must_use]
     pub fn command(&self) -> Option<&GivenOrder> {
         let own = self.order.as_ref().filter(|order| order.kind.is_about_verdict());

@@ -121,6 +121,8 @@ fn order_kind() -> impl Strategy<Value = GivenOrderKind> {
         Just(GivenOrderKind::Unshelve),
         span().prop_map(GivenOrderKind::Suppress),
         Just(GivenOrderKind::Unsuppress),
+        any::<u64>().prop_map(|since_unix_ns| GivenOrderKind::ShutOff { since_unix_ns }),
+        Just(GivenOrderKind::PutBack),
         any::<u64>().prop_map(|now_unix_ns| GivenOrderKind::Lapse { now_unix_ns }),
     ]
 }
@@ -199,7 +201,8 @@ proptest! {
         watched in option::of((step(), step())),
         (component, given, tare) in (component(), option::of(given()), option::of(finite())),
         numbers in (finite(), finite(), option::of(0.0..1e30), 0.001..1e30),
-        (verdict_order, shelved, suppressed) in (option::of(given()), shelving(), shelving()),
+        (verdict_order, shut_off) in (option::of(given()), option::of(given())),
+        (shelved, suppressed) in (shelving(), shelving()),
     ) {
         let (residual, level, divergence, threshold) = numbers;
         let transition = Transition {
@@ -220,6 +223,7 @@ proptest! {
             verdict_order: verdict_order.map(Box::new),
             shelved,
             suppressed,
+            shut_off: shut_off.map(Box::new),
         };
         let watch = Some(PastWatch { run: RunId(run), watched, changes });
         let memory = Memory { sequence: 9, latest: vec![transition], watch };

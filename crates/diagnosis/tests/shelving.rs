@@ -1,4 +1,4 @@
-//! Alarms that are set aside: by whom, how long, and what becomes of it.
+//! Alarms that are set aside and cylinders that are shut off: by whom, how long, and what becomes of it.
 
 use crate::fixture::{Bench, HOLD};
 use diagnosis::{
@@ -9,17 +9,26 @@ use proptest::prelude::*;
 use vocabulary::{RunId, Step};
 
 const BIAS_M: f64 = 50e-6;
+const CYLINDER: &str = "actuator/a1";
 const SPAN: Span = Span { since_unix_ns: 1_000, until_unix_ns: 5_000 };
 const LATER: Span = Span { since_unix_ns: 2_000, until_unix_ns: 9_000 };
 
 fn give(bench: &mut Bench, kind: GivenOrderKind) -> Result<Transition, OrderRefusal> {
+    give_to(bench, "sensor/g1", kind)
+}
+
+fn give_to(
+    bench: &mut Bench,
+    component: &str,
+    kind: GivenOrderKind,
+) -> Result<Transition, OrderRefusal> {
     let order = GivenOrder {
         kind,
         by: "web".into(),
         on_behalf_of: Some("ada".into()),
         note: Some("painting".into()),
     };
-    let (token, component) = (OrderToken(7), "sensor/g1".parse().unwrap());
+    let (token, component) = (OrderToken(7), component.parse().unwrap());
     bench.give(Event::Ordered { token, component, order: order.clone() });
     match &bench.actions[bench.actions.len().saturating_sub(2)..] {
         [.., Action::OrderRefused { refusal, .. }] => Err(refusal.clone()),
@@ -127,6 +136,35 @@ fn it_survives_a_restart() {
     let lapse = GivenOrderKind::Lapse { now_unix_ns: 5_000 };
     let lapsed = give(&mut again, lapse).unwrap();
     assert_eq!((ends(&lapsed), lapsed.verdict), ((None, Some(9_000)), Verdict::Latched));
+}
+
+#[test]
+fn only_a_cylinder_whose_fault_is_latched_is_shut_off_and_it_is_put_back_before_its_reset() {
+    let order = GivenOrderKind::ShutOff { since_unix_ns: 5 };
+    let mut bench = latched();
+    let refusal = give(&mut bench, order).unwrap_err();
+    assert_eq!(refusal, OrderRefusal::NotACylinder("sensor/g1".parse().unwrap()));
+    let mut bench = Bench::alone(Rule::FirstChange);
+    let refusal = give_to(&mut bench, CYLINDER, order).unwrap_err();
+    assert!(matches!(refusal, OrderRefusal::NothingToShutOff { state: "normal", .. }), "{refusal}");
+    bench.signals.pressure_offsets[0] = 1e6;
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), [CYLINDER]);
+    let refusal = give_to(&mut bench, CYLINDER, GivenOrderKind::PutBack).unwrap_err();
+    assert_eq!(refusal.to_string(), "`actuator/a1` is not shut off");
+    let shut_off = give_to(&mut bench, CYLINDER, order).unwrap();
+    assert_eq!(
+        (&shut_off.verdict, &shut_off.order),
+        (&Verdict::Latched, &shut_off.shut_off.clone().map(|by| *by))
+    );
+    let acknowledged = give_to(&mut bench, CYLINDER, GivenOrderKind::Acknowledge).unwrap();
+    assert_eq!(acknowledged.shut_off, shut_off.shut_off, "it stays shut off");
+    let mut again = bench.restarted();
+    let refusal =
+        give_to(&mut again, CYLINDER, GivenOrderKind::Reset { force: false }).unwrap_err();
+    assert_eq!(refusal, OrderRefusal::ShutOff(CYLINDER.parse().unwrap()), "after a restart too");
+    let put_back = give_to(&mut again, CYLINDER, GivenOrderKind::PutBack).unwrap();
+    assert_eq!((put_back.shut_off, put_back.verdict), (None, Verdict::Acknowledged));
 }
 
 proptest! {

@@ -185,6 +185,9 @@ impl ComponentStore {
             let Component::Actuator(name) = &entry.path.component else { return None };
             let name = name.clone();
             let ability = match present.state {
+                _ if present.latest.is_some_and(|latest| latest.shut_off.is_some()) => {
+                    Ability::ShutOff
+                }
                 FaultState::Latched | FaultState::Acknowledged => {
                     return Some(CylinderCapability::of_faulty(name, entry.fault.latest()));
                 }

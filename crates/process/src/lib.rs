@@ -8,6 +8,7 @@
 //! | `recovery` | which samples in replies to use, and when to repeat a request |
 //! | `staleness` | whether samples arrive, why not, and which phase to publish |
 //! | `peers` | how long samples wait for peers, timeouts of queries to peers, and retries |
+//! | `interlock` | whether a cylinder may be shut off |
 //! | `pending_replies` | how long queries of peers are held |
 //! | `inputs` | which inputs are recorded, and their numbers |
 //! | `components` | **the present state of each component**: behind journal, queries, status, metrics and restart |
@@ -19,6 +20,7 @@ mod arbiter;
 mod components;
 mod identified_fault;
 mod inputs;
+mod interlock;
 mod peers;
 mod pending_replies;
 mod record;
@@ -30,6 +32,7 @@ mod write_queue;
 pub use arbiter::{Arbitration, PublisherArbiter, PublisherId, SampleSource};
 pub use components::{ComponentStore, PresentComponent, PublishedState};
 pub use inputs::InputNumbering;
+pub use interlock::ShutOffInterlock;
 pub use peers::{PeerRetries, PeerTimeouts, QueryPause};
 pub use pending_replies::{PendingOrder, PendingReplies, UNAWAITED};
 pub use record::{JOURNAL_VERSION, JournalRecord, WatchedSteps, check_version};

@@ -53,6 +53,8 @@ pub enum Ability {
     Leaking,
     /// It follows no demand, or late; its force changes with the structure alone.
     Locked,
+    /// It is shut off, and without force.
+    ShutOff,
     /// It pushes with the supply pressure, whatever its demand: its measured force is a disturbance.
     HardOver,
 }

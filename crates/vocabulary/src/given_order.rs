@@ -27,6 +27,13 @@ pub enum GivenOrderKind {
     Suppress(Span),
     /// Its alarm counts again.
     Unsuppress,
+    /// It is a cylinder, and is shut off.
+    ShutOff {
+        /// Since when \[ns since 1970\].
+        since_unix_ns: u64,
+    },
+    /// The cylinder is put back.
+    PutBack,
     /// Its shelving or suppression has expired without an order.
     Lapse {
         /// When that was noticed, by the diagnoser's clock \[ns since 1970\].

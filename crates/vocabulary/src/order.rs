@@ -17,7 +17,7 @@ pub const MAX_ORDER_TEXT: usize = 500;
 
 /// What is ordered; the key says it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
 pub enum OrderKind {
     /// A person has seen the fault.
     Acknowledge,
@@ -31,17 +31,23 @@ pub enum OrderKind {
     Suppress,
     /// They count again.
     Unsuppress,
+    /// A faulty cylinder is shut off: both chambers are emptied into the tank.
+    ShutOff,
+    /// It is put back.
+    PutBack,
 }
 
 impl OrderKind {
     /// Each of them.
-    pub const ALL: [OrderKind; 6] = [
+    pub const ALL: [OrderKind; 8] = [
         OrderKind::Acknowledge,
         OrderKind::Reset,
         OrderKind::Shelve,
         OrderKind::Unshelve,
         OrderKind::Suppress,
         OrderKind::Unsuppress,
+        OrderKind::ShutOff,
+        OrderKind::PutBack,
     ];
 
     /// Whether it is about a module with all its components.
@@ -72,6 +78,8 @@ impl OrderKind {
             OrderKind::Unshelve => "unshelve",
             OrderKind::Suppress => "suppress",
             OrderKind::Unsuppress => "unsuppress",
+            OrderKind::ShutOff => "shut-off",
+            OrderKind::PutBack => "put-back",
         }
     }
 }
@@ -142,6 +150,8 @@ impl Order {
             OrderKind::Unshelve => GivenOrderKind::Unshelve,
             OrderKind::Suppress => GivenOrderKind::Suppress(span),
             OrderKind::Unsuppress => GivenOrderKind::Unsuppress,
+            OrderKind::ShutOff => GivenOrderKind::ShutOff { since_unix_ns: now_unix_ns },
+            OrderKind::PutBack => GivenOrderKind::PutBack,
         };
         let Self { by, on_behalf_of, note, .. } = self;
         GivenOrder { kind, by, on_behalf_of, note }

@@ -102,6 +102,8 @@ pub struct FaultTransition {
     pub shelved: Option<Shelving>,
     /// If its alarm is suppressed during maintenance: by whom, why and until when.
     pub suppressed: Option<Shelving>,
+    /// If it is a cylinder that is shut off: the order.
+    pub shut_off: Option<GivenOrder>,
     /// Whether the journal had this before it was published. If not, a disk is full or broken.
     pub durable: bool,
     /// Since when the component has been in this state \[ns since 1970\]: when its alarm began, whatever was ordered later.
@@ -144,6 +146,7 @@ impl FaultTransition {
             state_order: None,
             shelved: None,
             suppressed: None,
+            shut_off: None,
             durable: true,
             since_unix_ns: time_unix_ns,
             time_unix_ns,

@@ -339,6 +339,12 @@ fn events_are_read_back() {
         })),
         shelved: Some(shelving()),
         suppressed: Some(Shelving { on_behalf_of: None, ..shelving() }),
+        shut_off: Some(GivenOrder {
+            kind: GivenOrderKind::ShutOff { since_unix_ns: 4 },
+            by: "ada".into(),
+            on_behalf_of: None,
+            note: None,
+        }),
         durable: false,
         since_unix_ns: 6,
         time_unix_ns: 9,

@@ -3,7 +3,7 @@
 
 use maud::{Markup, html};
 use observer::ModuleView;
-use vocabulary::{FaultTransition, StructureName};
+use vocabulary::{ComponentKind, FaultTransition, StructureName};
 
 use crate::access::{Person, Viewer};
 
@@ -12,6 +12,8 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (Some(&transition.structure), &transition.component.to_string());
     let target = OrderForm { what: "component", name, structure, back };
+    let is_cylinder = transition.component.component.kind() == ComponentKind::Actuator;
+    let is_faulty_cylinder = is_cylinder && transition.state().is_fault();
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Orders" }
@@ -20,6 +22,11 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
                 (target.form(person, "reset", "Reset", &reset_fields()))
                 (target.form(person, "shelve", "Shelve", &aside_fields()))
                 (target.form(person, "unshelve", "Unshelve", &note("Note", false)))
+                @if transition.shut_off.is_some() {
+                    (target.form(person, "put-back", "Put back", &note("Note", false)))
+                } @else if is_faulty_cylinder {
+                    (target.form(person, "shut-off", "Shut off", &note("Reason", true)))
+                }
             }
         }
     }

@@ -1,4 +1,4 @@
-//! `trusswatch fault`: shows a component's fault, and shelves or suppresses alarms.
+//! `trusswatch fault`: shows a component's fault, shelves or suppresses alarms, and shuts cylinders off.
 
 mod finding;
 mod frame;
@@ -21,7 +21,7 @@ use crate::{order, output};
 use finding::find;
 use report::{USUAL_WIDTH, report};
 
-/// Show the fault of a component; shelve its alarm, or suppress the alarms of a module
+/// Show the fault of a component; shelve its alarm, suppress the alarms of a module, or shut a cylinder off
 #[derive(Debug, clap::Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -35,6 +35,8 @@ enum FaultCommand {
     Unshelve(order::UnshelveArguments),
     Suppress(order::SuppressArguments),
     Unsuppress(order::UnsuppressArguments),
+    ShutOff(order::ShutOffArguments),
+    PutBack(order::PutBackArguments),
 }
 
 const EXAMPLES: &str = "\
@@ -77,6 +79,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FaultCommand::Unshelve(arguments) => order::unshelve(arguments),
         FaultCommand::Suppress(arguments) => order::suppress(arguments),
         FaultCommand::Unsuppress(arguments) => order::unsuppress(arguments),
+        FaultCommand::ShutOff(arguments) => order::shut_off(arguments),
+        FaultCommand::PutBack(arguments) => order::put_back(arguments),
     }
 }
 

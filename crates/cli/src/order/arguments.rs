@@ -122,6 +122,27 @@ pub(crate) struct UnsuppressArguments {
     pub(super) issuer: IssuerFlags,
 }
 
+/// Shut off cylinders that are declared faulty
+///
+/// Both chambers are emptied into the tank, and the controller does without the cylinder. A diagnoser refuses unless the
+/// table `[tolerance]` of its configuration permits it, the cylinder's fault is latched, no more cylinders of the structure
+/// are shut off than may be, and what its peers have shut off is known. The module's journal records who shut it off and
+/// why. Exit codes as for `trusswatch ack`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ShutOffArguments {
+    #[command(flatten)]
+    pub(super) orders: ComponentsFlags,
+}
+
+/// Put cylinders back that are shut off
+///
+/// A cylinder has to be put back before its fault is reset. Exit codes as for `trusswatch ack`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PutBackArguments {
+    #[command(flatten)]
+    pub(super) orders: ComponentsFlags,
+}
+
 /// Duration and reason of shelving or suppression.
 #[derive(Debug, clap::Args)]
 pub(super) struct SetAsideFlags {

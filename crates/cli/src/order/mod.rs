@@ -1,4 +1,4 @@
-//! `trusswatch ack`, `reset` and `fault shelve`, `unshelve`, `suppress`, `unsuppress`: commands of an operator to the
+//! `trusswatch ack`, `reset` and `fault shelve`, `unshelve`, `suppress`, `unsuppress`, `shut-off`, `put-back`: commands of an operator to the
 //! diagnosers.
 
 mod arguments;
@@ -11,17 +11,15 @@ use vocabulary::{ComponentPath, ModuleName, OperatorName, Order, OrderKind};
 use crate::failure::Failure;
 use crate::output;
 pub(crate) use arguments::{
-    AcknowledgeArguments, ResetArguments, ShelveArguments, SuppressArguments, UnshelveArguments,
-    UnsuppressArguments,
+    AcknowledgeArguments, PutBackArguments, ResetArguments, ShelveArguments, ShutOffArguments,
+    SuppressArguments, UnshelveArguments, UnsuppressArguments,
 };
 use arguments::{ComponentsFlags, IssuerFlags, SetAsideFlags};
 use carry_out::carry_out;
 
 /// Runs `trusswatch ack`.
 pub(crate) fn acknowledge(arguments: &AcknowledgeArguments) -> Result<(), Failure> {
-    let ComponentsFlags { components, note, issuer } = &arguments.orders;
-    let order = Order { note: note.clone(), ..Order::default() };
-    send_each(OrderKind::Acknowledge, components, order, None, issuer)
+    arguments.orders.send(OrderKind::Acknowledge)
 }
 
 /// Runs `trusswatch reset`.
@@ -41,9 +39,17 @@ pub(crate) fn shelve(arguments: &ShelveArguments) -> Result<(), Failure> {
 
 /// Runs `trusswatch fault unshelve`.
 pub(crate) fn unshelve(arguments: &UnshelveArguments) -> Result<(), Failure> {
-    let ComponentsFlags { components, note, issuer } = &arguments.orders;
-    let order = Order { note: note.clone(), ..Order::default() };
-    send_each(OrderKind::Unshelve, components, order, None, issuer)
+    arguments.orders.send(OrderKind::Unshelve)
+}
+
+/// Runs `trusswatch fault shut-off`.
+pub(crate) fn shut_off(arguments: &ShutOffArguments) -> Result<(), Failure> {
+    arguments.orders.send(OrderKind::ShutOff)
+}
+
+/// Runs `trusswatch fault put-back`.
+pub(crate) fn put_back(arguments: &PutBackArguments) -> Result<(), Failure> {
+    arguments.orders.send(OrderKind::PutBack)
 }
 
 /// Runs `trusswatch fault suppress`.
@@ -57,6 +63,15 @@ pub(crate) fn unsuppress(arguments: &UnsuppressArguments) -> Result<(), Failure>
     let UnsuppressArguments { module, note, issuer } = arguments;
     let order = Order { note: note.clone(), ..Order::default() };
     send(OrderKind::Unsuppress, vec![(module.clone(), order)], None, issuer)
+}
+
+impl ComponentsFlags {
+    /// Sends an order that needs nothing else.
+    fn send(&self, kind: OrderKind) -> Result<(), Failure> {
+        let Self { components, note, issuer } = self;
+        let order = Order { note: note.clone(), ..Order::default() };
+        send_each(kind, components, order, None, issuer)
+    }
 }
 
 impl SetAsideFlags {

@@ -52,6 +52,8 @@ struct DiagnoserFile {
     #[serde(default)]
     state: StateSettings,
     #[serde(default)]
+    tolerance: ModuleTolerance,
+    #[serde(default)]
     health: HealthSettings,
 }
 
@@ -99,6 +101,7 @@ impl LearnedFile {
             queries,
             input,
             state,
+            tolerance: ModuleTolerance::default(),
             health,
         }
     }
@@ -201,6 +204,16 @@ impl InputSettings {
     }
 }
 
+/// The table `[tolerance]`: what the module may do about a faulty cylinder of its own. Nothing, unless it is permitted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ModuleTolerance {
+    /// So many cylinders of the structure may be shut off at a time: 0.
+    pub most_shut_off: u64,
+    /// The module shuts one off by itself that is known to be hard over; otherwise an operator does.
+    pub by_itself: bool,
+}
+
 /// The table `[state]`: persistent state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -250,6 +263,8 @@ pub struct DiagnoserConfig {
     pub input: InputSettings,
     /// Persistent state.
     pub state: StateSettings,
+    /// What the module may do about a faulty cylinder.
+    pub tolerance: ModuleTolerance,
     /// The address that serves health, if any.
     pub health: Option<SocketAddr>,
     /// Fingerprint of the thresholds.
@@ -405,6 +420,7 @@ pub fn load_diagnoser(file: &Path) -> Result<DiagnoserConfig, ConfigErrors> {
         queries: written.queries,
         input: written.input,
         state: written.state.resolve(&document),
+        tolerance: written.tolerance,
         health,
         thresholds: thresholds.fingerprint(),
         setup,
@@ -439,6 +455,7 @@ fn load_learned_diagnoser(
         queries: written.queries,
         input: written.input,
         state: written.state.resolve(document),
+        tolerance: written.tolerance,
         health,
         thresholds: fingerprint,
         setup,
@@ -638,6 +655,7 @@ fn check_figures(written: &DiagnoserFile, document: &SettingsFile, errors: &mut 
         ("input", "recover_steps", recover_steps, 0..=100_000),
         ("input", "incumbent_ms", incumbent_ms, 10..=60_000),
         ("state", "rotate_mib", written.state.rotate_mib, 1..=32),
+        ("tolerance", "most_shut_off", written.tolerance.most_shut_off, 0..=1000),
     ] {
         if !allowed.contains(&value) {
             let problem =

@@ -6,8 +6,8 @@ mod schedule;
 mod speed;
 
 pub use diagnoser::{
-    DiagnoserConfig, InputSettings, PublishSettings, QuerySettings, StateSettings, Uncalibrated,
-    load_diagnoser, load_learned, load_reference, load_uncalibrated,
+    DiagnoserConfig, InputSettings, ModuleTolerance, PublishSettings, QuerySettings, StateSettings,
+    Uncalibrated, load_diagnoser, load_learned, load_reference, load_uncalibrated,
 };
 pub use plant::{
     LockStep, MismatchSection, PlantConfig, PlantFlags, ToleranceSettings, load_plant,

@@ -95,8 +95,10 @@ pub struct ToleranceSettings {
     pub corrected_readings: bool,
     /// It limits what a reading may differ from what it expects to this strain.
     pub largest_innovation: Option<f64>,
-    /// The other cylinders make up for one that is hard over.
+    /// The other cylinders make up for one that is hard over or shut off.
     pub reallocation: bool,
+    /// So many cylinders are shut off at a time when their modules say so: 0.
+    pub most_shut_off: u64,
     /// A corrected reading is used for so long; then the gage's own is used again \[ms\]: 250.
     pub stale_after_ms: u64,
 }
@@ -107,6 +109,7 @@ impl Default for ToleranceSettings {
             corrected_readings: false,
             largest_innovation: None,
             reallocation: false,
+            most_shut_off: 0,
             stale_after_ms: 250,
         }
     }
@@ -276,11 +279,12 @@ const LARGEST_INNOVATION: RangeInclusive<f64> = 1e-7..=1e-3;
 
 fn check_figures(written: &PlantFile, document: &SettingsFile, errors: &mut ConfigErrors) {
     let LockStep { window_steps, timeout_ms } = written.lock_step;
-    let figures: [(&[&str], u64, RangeInclusive<u64>); 4] = [
+    let figures: [(&[&str], u64, RangeInclusive<u64>); 5] = [
         (&["burst_steps"], written.burst_steps, 1..=100),
         (&["lock_step", "window_steps"], window_steps, 1..=2000),
         (&["lock_step", "timeout_ms"], timeout_ms, 100..=3_600_000),
         (&["tolerance", "stale_after_ms"], written.tolerance.stale_after_ms, 10..=10_000),
+        (&["tolerance", "most_shut_off"], written.tolerance.most_shut_off, 0..=1000),
     ];
     for (place, value, allowed) in figures {
         if !allowed.contains(&value) {

@@ -32,9 +32,10 @@ use std::time::Duration;
 
 use diagnosis::Diagnoser;
 use diagnosis::messages::Speaker;
+use parking_lot::Mutex;
 use process::{
     InputNumbering, NO_SAMPLE_YET, PendingReplies, QueryPause, ReceivedSample, SampleSize,
-    Sequencer, WatchedSteps,
+    Sequencer, ShutOffInterlock, WatchedSteps,
 };
 use shell::clock;
 use shell::exit::Failure;
@@ -59,7 +60,7 @@ use freeze_frames::FreezeFrames;
 use health::{LatestReport, ModuleHealth};
 use identify::Identifier;
 use input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
-use peers::{LOOK_EVERY, PeerForces, PeerQueries, PeerTable, Presence};
+use peers::{LOOK_EVERY, PeerForces, PeerQueries, PeerTable, Presence, watch_cylinders};
 use publish::{EventPublisher, InputCache, ModuleOutbox, Outgoing, RoutinePublisher};
 use store::{JournalWriter, ModuleStore};
 
@@ -70,6 +71,8 @@ use crate::config::DiagnoserConfig;
 const OPENING_STATE: Duration = Duration::from_secs(5);
 /// Answers of peers that may wait to be looked at.
 const ANSWER_QUEUE: usize = 256;
+/// What a peer says of its cylinders, once with each status, counts for so many of these.
+const SAID_AGAIN: u32 = 5;
 /// How long it may take to withdraw what is on the network. Both times, the closing of the session and the end of the
 /// runtime are together within the five seconds of the shipped units.
 const WITHDRAWING: Duration = Duration::from_millis(500);
@@ -230,7 +233,13 @@ async fn serve(
     let peers = PeerTable::new(config.peers());
     let presence = peers::watch(session, &speaker, config.peers(), &peers, &answers).await;
     let presence = presence.map_err(refused)?;
-    let duplicates = DuplicateWatch::new(Duration::from_millis(config.publish.status_every_ms));
+    let every = Duration::from_millis(config.publish.status_every_ms);
+    let most = config.tolerance.most_shut_off;
+    let interlock = ShutOffInterlock::new(most, SAID_AGAIN * every, config.peers());
+    let interlock = Arc::new(Mutex::new(interlock));
+    let cylinders = watch_cylinders(session, &speaker, config.peers(), &interlock).await;
+    let cylinders = cylinders.map_err(refused)?;
+    let duplicates = DuplicateWatch::new(every);
     let duplicates_seen = duplicates.watch(session, &speaker).await.map_err(refused)?;
     let looking = Presence::new(session, &speaker, peers.clone()).keep_looking(
         config.peers().to_vec(),
@@ -270,6 +279,7 @@ async fn serve(
         token,
         subscriber,
         presence,
+        cylinders,
         duplicates: duplicates_seen,
         queryables,
         freeze_frame,
@@ -297,7 +307,8 @@ async fn serve(
         inquiries,
         input.receiver.clone(),
     );
-    let shared = SharedState { store, watch, peers, forces, duplicates, health, identifications };
+    let shared =
+        SharedState { store, watch, peers, forces, interlock, duplicates, health, identifications };
     DiagnosisLoop::new(diagnoser, &config, executor, input, shared, supervisor)
         .run(queues, shutdown)
         .await;
@@ -354,6 +365,7 @@ struct Declared {
     token: LivelinessToken,
     subscriber: Subscriber<()>,
     presence: Vec<Subscriber<()>>,
+    cylinders: Vec<Subscriber<()>>,
     duplicates: Subscriber<()>,
     queryables: Queryables,
     freeze_frame: Queryable<()>,
@@ -363,7 +375,7 @@ impl Declared {
     async fn withdraw(self) -> zenoh::Result<()> {
         self.token.undeclare().await?;
         self.subscriber.undeclare().await?;
-        for subscriber in self.presence {
+        for subscriber in self.presence.into_iter().chain(self.cylinders) {
             subscriber.undeclare().await?;
         }
         self.duplicates.undeclare().await?;

@@ -1,5 +1,5 @@
 //! What the controller does about faults that diagnosers name: it uses what a faulty gage should read in place of what it
-//! reads, and lets the other cylinders make up for one that is hard over.
+//! reads, lets the other cylinders make up for one that is hard over or shut off, and shuts one off whose module says so.
 //!
 //! A module that falls silent leaves its gages to themselves: the controller uses their own readings again. The limit on
 //! innovations needs no diagnoser. What is known of a cylinder stays, because silence repairs none.
@@ -11,8 +11,9 @@ use std::time::Instant;
 use plant::Plant;
 use shell::occurrences::Occurrences;
 use vocabulary::{
-    Ability, Capability, Component, ComponentPath, Corrected, CorrectedReadings, Key, Message,
-    ModuleName, ReadingSource, RunId, Step, StructureName, Topic, keys::Watched,
+    Ability, Capability, Component, ComponentPath, Corrected, CorrectedReadings,
+    CylinderCapability, Key, Message, ModuleName, ReadingSource, RunId, Step, StructureName, Topic,
+    keys::Watched,
 };
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -38,6 +39,9 @@ pub(crate) type Heard = Result<News, String>;
 #[derive(Debug)]
 pub(crate) struct Tolerance {
     run: RunId,
+    reallocates: bool,
+    most_shut_off: usize,
+    shut_off: BTreeSet<ComponentPath>,
     /// A reading is used for so many steps.
     fresh_steps: u64,
     news: Receiver<Heard>,
@@ -81,6 +85,9 @@ impl Tolerance {
         };
         let tolerance = Self {
             run,
+            reallocates: settings.reallocation,
+            most_shut_off: usize::try_from(settings.most_shut_off).unwrap_or(usize::MAX),
+            shut_off: BTreeSet::new(),
             fresh_steps: (settings.stale_after_ms as f64 * 1e-3 / step_s).round() as u64,
             news,
             modules: plant.modules().map(known).collect(),
@@ -127,17 +134,58 @@ impl Tolerance {
         match news {
             News::Readings(message) => known.take_readings(message, plant.next_step()),
             News::Cylinders(message) => {
-                let lost = known.lost(&message)?;
-                for (cylinder, is_lost) in known.cylinders.clone().into_iter().zip(lost) {
-                    if is_lost == self.done_without.contains(&cylinder) {
-                        continue;
-                    }
-                    plant.reallocate(&cylinder, is_lost).map_err(|error| error.to_string())?;
-                    self.note(cylinder, is_lost, plant.next_step());
+                known.check_cylinders(&message)?;
+                let cylinders = known.cylinders.clone().into_iter().zip(&message.cylinders);
+                for (cylinder, said) in cylinders {
+                    self.shut_off(&cylinder, said.ability == Ability::ShutOff, plant)?;
+                    self.reallocate(cylinder, said, plant)?;
                 }
                 Ok(())
             }
         }
+    }
+
+    /// Shuts a cylinder off, or puts it back.
+    fn shut_off(
+        &mut self,
+        cylinder: &ComponentPath,
+        is_wanted: bool,
+        plant: &mut Plant,
+    ) -> Result<(), String> {
+        if is_wanted == self.shut_off.contains(cylinder) || self.most_shut_off == 0 {
+            return Ok(());
+        }
+        if is_wanted && self.shut_off.len() >= self.most_shut_off {
+            let most = self.most_shut_off;
+            return Err(format!(
+                "{most} cylinders are shut off, and `{cylinder}` would be another"
+            ));
+        }
+        plant.shut_off(cylinder, is_wanted).map_err(|error| error.to_string())?;
+        let done = if is_wanted { "shut off" } else { "put back" };
+        tracing::info!(%cylinder, step = %plant.next_step(), "{done}");
+        if is_wanted {
+            self.shut_off.insert(cylinder.clone());
+        } else {
+            self.shut_off.remove(cylinder);
+        }
+        Ok(())
+    }
+
+    /// Lets the others make up for a cylinder that is of no use, or counts on it again.
+    fn reallocate(
+        &mut self,
+        cylinder: ComponentPath,
+        said: &CylinderCapability,
+        plant: &mut Plant,
+    ) -> Result<(), String> {
+        let is_lost = said.decided && matches!(said.ability, Ability::HardOver | Ability::ShutOff);
+        if !self.reallocates || is_lost == self.done_without.contains(&cylinder) {
+            return Ok(());
+        }
+        plant.reallocate(&cylinder, is_lost).map_err(|error| error.to_string())?;
+        self.note(cylinder, is_lost, plant.next_step());
+        Ok(())
     }
 
     /// Gives the controller what gages should read, as far as that is known.
@@ -206,16 +254,11 @@ impl KnownModule {
         Ok(())
     }
 
-    /// Which of its cylinders are of no use to the controller.
-    fn lost(&self, message: &Capability) -> Result<Vec<bool>, String> {
+    /// Does it speak of its own cylinders?
+    fn check_cylinders(&self, message: &Capability) -> Result<(), String> {
         let said = message.cylinders.iter().map(|said| Component::Actuator(said.name.clone()));
-        if !said.eq(self.cylinders.iter().map(|path| path.component.clone())) {
-            return Err(format!("`{}` has other cylinders than it says", self.module));
-        }
-        let lost = |said: &vocabulary::CylinderCapability| {
-            said.decided && said.ability == Ability::HardOver
-        };
-        Ok(message.cylinders.iter().map(lost).collect())
+        let is_its = said.eq(self.cylinders.iter().map(|path| path.component.clone()));
+        is_its.then_some(()).ok_or_else(|| format!("`{}` has other cylinders", self.module))
     }
 }
 
@@ -235,7 +278,7 @@ pub(crate) async fn subscribe(
         let all = watched.corrected();
         subscribers.push(listen(session, all, news.clone(), key, News::Readings).await?);
     }
-    if settings.reallocation {
+    if settings.reallocation || settings.most_shut_off > 0 {
         let key = |message: &Capability| {
             Key::of_module(&message.structure, &message.module, Topic::Capability)
         };
@@ -272,17 +315,20 @@ async fn listen<M: Message + 'static>(
 mod tests {
     use super::*;
     use crate::config::{PlantFlags, load_plant};
-    use vocabulary::CylinderCapability;
 
     const GAGE: &str = "module1/sensor/g2";
-    const CYLINDER: &str = "module1/actuator/a1";
 
     /// The shipped tower, and what reaches its controller.
     fn rig() -> (Plant, Tolerance, SyncSender<Heard>) {
         let file =
             std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/plant.toml");
         let mut plant = load_plant(&file, &PlantFlags::default()).unwrap().make_plant().unwrap();
-        let settings = ToleranceSettings { stale_after_ms: 10, ..ToleranceSettings::default() };
+        let settings = ToleranceSettings {
+            stale_after_ms: 10,
+            reallocation: true,
+            most_shut_off: 1,
+            ..ToleranceSettings::default()
+        };
         let (tolerance, news) = Tolerance::new(&settings, 1e-3, RunId(1), &mut plant);
         (plant, tolerance, news)
     }
@@ -303,18 +349,28 @@ mod tests {
         }
     }
 
-    fn capability(ability: Ability, decided: bool) -> News {
-        let cylinder = |name: &str| CylinderCapability {
-            name: name.parse().unwrap(),
-            ability: if name == "a1" { ability } else { Ability::Full },
-            decided,
+    /// All is well with the cylinders of module 1; what can be said of this one is told.
+    fn said(name: &str) -> Capability {
+        let cylinder = |other: &str| CylinderCapability {
+            name: other.parse().unwrap(),
+            ability: Ability::Full,
+            decided: true,
         };
-        News::Cylinders(Capability {
+        assert!(["a1", "a2", "a3", "a4"].contains(&name));
+        Capability {
             structure: "tower".parse().unwrap(),
             module: "module1".parse().unwrap(),
             cylinders: ["a1", "a2", "a3", "a4"].map(cylinder).into(),
             time_unix_ns: 0,
-        })
+        }
+    }
+
+    fn capability(name: &str, ability: Ability, decided: bool) -> News {
+        let mut said = said(name);
+        let cylinder = said.cylinders.iter_mut().find(|cylinder| cylinder.name.as_str() == name);
+        let cylinder = cylinder.unwrap();
+        (cylinder.ability, cylinder.decided) = (ability, decided);
+        News::Cylinders(said)
     }
 
     fn without(tolerance: &Tolerance) -> Vec<String> {
@@ -364,17 +420,43 @@ mod tests {
     }
 
     #[test]
-    fn others_make_up_for_a_cylinder_that_is_known_to_be_hard_over() {
+    fn others_make_up_for_a_cylinder_that_is_known_to_be_hard_over_or_is_shut_off() {
         let (mut plant, mut tolerance, news) = rig();
         for (said, expected) in [
-            (capability(Ability::HardOver, false), vec![]),
-            (capability(Ability::HardOver, true), vec![CYLINDER.to_owned()]),
-            (capability(Ability::Leaking, true), vec![]),
+            (capability("a1", Ability::HardOver, false), &[][..]),
+            (capability("a1", Ability::HardOver, true), &["module1/actuator/a1"]),
+            (capability("a1", Ability::Leaking, true), &[]),
+            (capability("a1", Ability::ShutOff, true), &["module1/actuator/a1"]),
         ] {
             news.send(Ok(said)).unwrap();
             tolerance.follow(&mut plant);
             assert_eq!(without(&tolerance), expected);
         }
-        assert_eq!(tolerance.refused(), 0);
+        assert_eq!((tolerance.refused(), tolerance.shut_off.len()), (0, 1));
+    }
+
+    #[test]
+    fn no_more_cylinders_are_shut_off_than_may_be_and_what_is_put_back_pushes_again() {
+        let (mut plant, mut tolerance, news) = rig();
+        // None of the tower's cylinders is without force under wind.
+        let force_n = |plant: &mut Plant, tolerance: &mut Tolerance| {
+            tolerance.follow(plant);
+            for _ in 0..300 {
+                plant.advance();
+            }
+            let pressures_pa = plant.signals().modules[0].pressures_pa[1];
+            pressures_pa.map(|pa| (pa / 1e5).round())
+        };
+        news.send(Ok(capability("a2", Ability::ShutOff, true))).unwrap();
+        assert_eq!(force_n(&mut plant, &mut tolerance), [1.0; 2], "bar: both chambers are empty");
+        let mut of_other = Capability { module: "module2".parse().unwrap(), ..said("a1") };
+        of_other.cylinders[0].ability = Ability::ShutOff;
+        news.send(Ok(News::Cylinders(of_other))).unwrap();
+        tolerance.follow(&mut plant);
+        assert_eq!((tolerance.refused(), tolerance.shut_off.len()), (1, 1));
+        news.send(Ok(capability("a2", Ability::Full, true))).unwrap();
+        let [bar_a, bar_b] = force_n(&mut plant, &mut tolerance);
+        assert!(bar_a > 10.0 && bar_b > 10.0, "{bar_a} {bar_b}");
+        assert_eq!((tolerance.shut_off.len(), without(&tolerance)), (0, vec![]));
     }
 }

@@ -132,6 +132,7 @@ async fn the_controller_uses_corrected_readings_and_makes_up_for_cylinders_while
         reallocation: true,
         // On a busy machine readings take their time; that a module is silent is noticed a second later.
         stale_after_ms: 2000,
+        ..ToleranceSettings::default()
     };
     let diagnosers = [rig.start_diagnoser(0), rig.start_diagnoser(1)];
     let observer = rig.observer().await;

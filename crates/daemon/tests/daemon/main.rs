@@ -19,6 +19,7 @@ mod processes;
 mod recorder;
 mod shelving;
 mod shipped_configs;
+mod shut_off;
 mod stroke;
 mod support;
 mod two_of_one_module;

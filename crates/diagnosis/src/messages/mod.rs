@@ -76,6 +76,7 @@ impl Speaker {
             verdict_order,
             shelved,
             suppressed,
+            shut_off,
         } = transition;
         let mut message = self.untouched(&component, time_unix_ns);
         message.sequence = sequence;
@@ -89,6 +90,7 @@ impl Speaker {
         message.state_order = verdict_order;
         message.shelved = shelved.map(|shelving| *shelving);
         message.suppressed = suppressed.map(|shelving| *shelving);
+        message.shut_off = shut_off.map(|order| *order);
         message.verdict = verdict;
         message.disputed = disputed;
         message.before_service = before_service;
@@ -207,5 +209,6 @@ pub fn from_transition(message: FaultTransition) -> Option<Transition> {
         order: message.order,
         shelved: message.shelved.map(Box::new),
         suppressed: message.suppressed.map(Box::new),
+        shut_off: message.shut_off.map(Box::new),
     })
 }

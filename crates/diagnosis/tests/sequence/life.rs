@@ -89,6 +89,8 @@ fn check_order(transition: &Transition) {
             | GivenOrderKind::Unshelve
             | GivenOrderKind::Suppress(_)
             | GivenOrderKind::Unsuppress
+            | GivenOrderKind::ShutOff { .. }
+            | GivenOrderKind::PutBack
             | GivenOrderKind::Lapse { .. },
         ) => {}
         None => assert_ne!(transition.verdict, Verdict::Acknowledged),

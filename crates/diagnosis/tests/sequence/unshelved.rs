@@ -23,8 +23,20 @@ pub fn unshelved(history: &[Action]) -> Vec<Action> {
 
 /// A component that is not the module's is refused whatever is ordered.
 fn is_of_shelving(refusal: &diagnosis::OrderRefusal) -> bool {
-    use diagnosis::OrderRefusal::{NotShelved, NotSuppressed, NothingIsOver, Unknown};
-    matches!(refusal, NotShelved(_) | NotSuppressed(_) | NothingIsOver(_) | Unknown(_))
+    use diagnosis::OrderRefusal::{
+        NotACylinder, NotShelved, NotShutOff, NotSuppressed, NothingIsOver, NothingToShutOff,
+        Unknown,
+    };
+    matches!(
+        refusal,
+        NotShelved(_)
+            | NotSuppressed(_)
+            | NothingIsOver(_)
+            | Unknown(_)
+            | NotShutOff(_)
+            | NotACylinder(_)
+            | NothingToShutOff { .. }
+    )
 }
 
 fn without_numbers(action: &Action) -> Action {
@@ -34,6 +46,7 @@ fn without_numbers(action: &Action) -> Action {
             sequence: 0,
             shelved: None,
             suppressed: None,
+            shut_off: None,
             ..transition
         }),
         Action::Identify(mut excerpt) => {

@@ -16,6 +16,8 @@ pub fn done(order: OrderKind) -> &'static str {
         OrderKind::Unshelve => "unshelved",
         OrderKind::Suppress => "suppressed",
         OrderKind::Unsuppress => "no longer suppressed",
+        OrderKind::ShutOff => "shut off",
+        OrderKind::PutBack => "put back",
     }
 }
 

@@ -9,7 +9,7 @@ use super::quantity::{in_own_unit, residual};
 use super::time::utc;
 
 /// Why it is in this state now, in words; empty if there is nothing to say beside the state. An order that ended a
-/// shelving or suppression is of the past.
+/// shelving, a suppression or a shut-off is of the past.
 #[must_use]
 pub fn present_reason(transition: &FaultTransition) -> String {
     reasons(transition, |kind| !ends_aside(kind))
@@ -22,8 +22,8 @@ pub fn reason(transition: &FaultTransition) -> String {
 }
 
 fn ends_aside(kind: GivenOrderKind) -> bool {
-    use GivenOrderKind::{Lapse, Unshelve, Unsuppress};
-    matches!(kind, Unshelve | Unsuppress | Lapse { .. })
+    use GivenOrderKind::{Lapse, PutBack, Unshelve, Unsuppress};
+    matches!(kind, Unshelve | Unsuppress | PutBack | Lapse { .. })
 }
 
 fn reasons(transition: &FaultTransition, tells: impl Fn(GivenOrderKind) -> bool) -> String {
@@ -52,6 +52,7 @@ fn reasons(transition: &FaultTransition, tells: impl Fn(GivenOrderKind) -> bool)
         let since = utc(unknown.since_unix_ns);
         reasons.push(format!("not monitored since {since}: {}", printable(&unknown.reason)));
     }
+    reasons.extend(transition.shut_off.as_ref().map(ordered));
     reasons.extend(asides(transition));
     reasons.extend(transition.state_order.as_deref().map(ordered));
     let order = transition.order.as_ref().filter(|order| tells(order.kind));
@@ -67,6 +68,7 @@ fn beside(transition: &FaultTransition, given: &GivenOrder) -> Option<String> {
     match given.kind {
         GivenOrderKind::Shelve(_) if transition.shelved.is_some() => None,
         GivenOrderKind::Suppress(_) if transition.suppressed.is_some() => None,
+        GivenOrderKind::ShutOff { .. } if transition.shut_off.is_some() => None,
         GivenOrderKind::Lapse { .. } if transition.aside().is_some() => {
             Some("shelving or suppression expired, the other continues".to_owned())
         }
@@ -120,6 +122,8 @@ pub fn ordered(given: &GivenOrder) -> String {
         GivenOrderKind::Unshelve => "unshelved".to_owned(),
         GivenOrderKind::Suppress(span) => format!("suppressed until {}", utc(span.until_unix_ns)),
         GivenOrderKind::Unsuppress => "no longer suppressed, ordered".to_owned(),
+        GivenOrderKind::ShutOff { since_unix_ns } => format!("shut off at {}", utc(since_unix_ns)),
+        GivenOrderKind::PutBack => "put back".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));
@@ -201,6 +205,22 @@ mod tests {
     }
 
     #[test]
+    fn a_cylinder_that_is_shut_off_says_so_until_it_is_put_back() {
+        let order = GivenOrderKind::ShutOff { since_unix_ns: 2_000_000_000 };
+        let mut shut_off = transition(false, false, order);
+        shut_off.shut_off = Some(given(order));
+        let said = "shut off at 1970-01-01T00:00:02.000Z by ada (through web): painting";
+        assert_eq!(reason(&shut_off), said, "once");
+        shut_off.order = Some(given(GivenOrderKind::Acknowledge));
+        assert_eq!(
+            reason(&shut_off),
+            format!("{said}; acknowledged by ada (through web): painting")
+        );
+        let put_back = transition(false, false, GivenOrderKind::PutBack);
+        assert_eq!(reason(&put_back), "put back by ada (through web): painting");
+    }
+
+    #[test]
     fn what_counts_again_says_why() {
         let of = |order| reason(&transition(false, false, order));
         let lapsed = "shelving or suppression expired";
@@ -209,7 +229,8 @@ mod tests {
         assert_eq!(of(GivenOrderKind::Unshelve), unshelved);
         let unsuppressed = "no longer suppressed, ordered by ada (through web): painting";
         assert_eq!(of(GivenOrderKind::Unsuppress), unsuppressed);
-        for ended in [GivenOrderKind::Unshelve, GivenOrderKind::Unsuppress] {
+        for ended in [GivenOrderKind::Unshelve, GivenOrderKind::Unsuppress, GivenOrderKind::PutBack]
+        {
             assert_eq!(present_reason(&transition(false, false, ended)), "", "not for ever");
         }
     }

@@ -35,6 +35,7 @@ pub fn plain_topics() -> Vec<Topic> {
                 OrderKind::Acknowledge | OrderKind::Reset => {}
                 OrderKind::Shelve | OrderKind::Unshelve => {}
                 OrderKind::Suppress | OrderKind::Unsuppress => {}
+                OrderKind::ShutOff | OrderKind::PutBack => {}
             },
         }
     }

@@ -17,7 +17,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::Duration;
 
 use diagnosis::messages::Speaker;
-use diagnosis::{Action, Diagnoser, Event};
+use diagnosis::{Action, Diagnoser, Event, Transition};
 use process::{
     ClockReading, PeerRetries, PendingOrder, ReceivedSample, Sequencer, SequencerStep, Staleness,
     UNAWAITED, WatchedSteps,
@@ -29,8 +29,8 @@ use shell::supervision::Supervisor;
 use tokio::sync::mpsc;
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use vocabulary::{
-    Capability, Component, ComponentPath, CylinderCapability, ModulePhase, ModuleStatus, OrderKind,
-    PhaseChange, Progress, Step,
+    Ability, Capability, Component, ComponentPath, CylinderCapability, GivenOrder, GivenOrderKind,
+    ModulePhase, ModuleStatus, OrderKind, PhaseChange, Progress, Step,
 };
 
 pub(crate) use actions::ActionExecutor;
@@ -41,13 +41,14 @@ use super::duplicates::DuplicateWatch;
 use super::health::LatestReport;
 use super::identify::IdentificationReport;
 use super::input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
-use super::peers::{PeerForces, PeerTable};
+use super::peers::{PeerForces, PeerTable, SharedInterlock};
 use super::publish::{Outgoing, Routine};
 use super::store::ModuleStore;
 use crate::config::{DiagnoserConfig, PublishSettings};
 use crate::counters::SharedCounters;
 use crate::metrics::ModuleReport;
 use crate::status_line;
+use shelving::ITSELF;
 use status::Surroundings;
 
 /// How often held queries, staleness and the last step's progress are checked.
@@ -83,6 +84,8 @@ pub(crate) struct SharedState {
     pub(crate) peers: PeerTable,
     /// Peers' forces, while a gage is replaced.
     pub(crate) forces: PeerForces,
+    /// Whether a cylinder may be shut off.
+    pub(crate) interlock: SharedInterlock,
     pub(crate) duplicates: DuplicateWatch,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<LatestReport>,
@@ -111,6 +114,9 @@ pub(crate) struct DiagnosisLoop {
     last_watch: Option<WatchedSteps>,
     last_status: Option<Instant>,
     last_capability: Vec<CylinderCapability>,
+    /// Shuts a cylinder off by itself that is hard over.
+    shuts_off: bool,
+    not_shut_off: Occurrences,
     last_progress: Option<(Progress, Instant)>,
 }
 
@@ -144,6 +150,8 @@ impl DiagnosisLoop {
             last_watch,
             last_status: None,
             last_capability: Vec::new(),
+            shuts_off: config.tolerance.by_itself,
+            not_shut_off: Occurrences::default(),
             last_progress: None,
         }
     }
@@ -344,6 +352,10 @@ impl DiagnosisLoop {
             let module = &own.module;
             return Err(format!("`{mention}` is not a component of module `{module}`"));
         }
+        if kind == OrderKind::ShutOff {
+            let own = self.cylinders();
+            self.shared.interlock.lock().check(&own, std::time::Instant::now())?;
+        }
         if kind == OrderKind::Reset && !order.force && self.staleness.is_stale() {
             let why = self.reason(ModulePhase::Stale);
             return Err(format!("state of `{mention}` unknown: {why}"));
@@ -447,9 +459,50 @@ impl DiagnosisLoop {
         self.publish_phase(Some(ModulePhase::InService), not_monitored, reason, since);
     }
 
+    /// What the cylinders can do.
+    fn cylinders(&self) -> Vec<CylinderCapability> {
+        self.shared.store.lock().components.capability().collect()
+    }
+
+    /// Shuts off what is known to be hard over, unless an operator has put it back.
+    fn shut_off_by_itself(&mut self) {
+        for cylinder in self.cylinders() {
+            if cylinder.ability != Ability::HardOver || !cylinder.decided {
+                continue;
+            }
+            let component = Component::Actuator(cylinder.name);
+            let is_put_back = |latest: &Transition| {
+                let order = latest.order.as_ref().map(|order| order.kind);
+                latest.component == component && order == Some(GivenOrderKind::PutBack)
+            };
+            if self.diagnoser.last_transitions().any(is_put_back) {
+                continue;
+            }
+            let permitted = {
+                let interlock = self.shared.interlock.lock();
+                interlock.check(&self.cylinders(), std::time::Instant::now())
+            };
+            if let Err(why) = permitted {
+                if let Some(times) = self.not_shut_off.note(std::time::Instant::now()) {
+                    tracing::warn!(%component, times, "hard over, but not shut off: {why}");
+                }
+                continue;
+            }
+            let kind = GivenOrderKind::ShutOff { since_unix_ns: clock::unix_ns() };
+            let (by, note) = (ITSELF.to_owned(), Some("hard over".to_owned()));
+            let order = GivenOrder { kind, by, on_behalf_of: None, note };
+            tracing::warn!(%component, "hard over: shut off");
+            self.handle(Event::Ordered { token: UNAWAITED, component, order });
+            self.executor.status_is_due = true;
+        }
+    }
+
     /// Publishes what cylinders can do when that changes, or when it is due.
     fn tell_capability(&mut self, due: bool) {
-        let cylinders: Vec<_> = self.shared.store.lock().components.capability().collect();
+        if self.shuts_off {
+            self.shut_off_by_itself();
+        }
+        let cylinders = self.cylinders();
         if cylinders == self.last_capability && !due {
             return;
         }

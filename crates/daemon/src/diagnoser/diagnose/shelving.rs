@@ -3,8 +3,8 @@
 use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Transition};
 use vocabulary::Component;
 
-/// Who ends what has had its time.
-const ITSELF: &str = "trusswatch";
+/// Who gives orders without a person.
+pub(super) const ITSELF: &str = "trusswatch";
 
 /// The components that an order about the whole module concerns.
 ///

@@ -1,6 +1,7 @@
-//! The peers: each as this module sees it (`PeerTable`), whether it is there (`presence`), what it answers (`queries`), and its forces
-//! while a gage is replaced (`forces`).
+//! The peers: each as this module sees it (`PeerTable`), whether it is there (`presence`), what it answers (`queries`), its forces
+//! while a gage is replaced (`forces`), and what its cylinders can do (`cylinders`).
 
+mod cylinders;
 mod forces;
 mod presence;
 mod queries;
@@ -11,6 +12,7 @@ use diagnosis::PeerFailure;
 use parking_lot::{Mutex, MutexGuard};
 use vocabulary::{ModuleName, PeerOutcome, PeerStatus};
 
+pub(crate) use cylinders::{SharedInterlock, watch_cylinders};
 pub(crate) use forces::PeerForces;
 pub(crate) use presence::{LOOK_EVERY, Presence, watch};
 pub(crate) use queries::PeerQueries;
