@@ -13,7 +13,8 @@
 use std::sync::Arc;
 
 use vocabulary::{
-    CorrectedReadings, ModuleName, ReadingSource, StateAnswer, StateQuestion, Step, WindowMeans,
+    CorrectedReadings, ModuleName, ReadingSource, ReplacedReading, StateAnswer, StateQuestion,
+    Step, WindowMeans,
 };
 
 use crate::channels::{ChannelLayout, Channels};
@@ -423,6 +424,28 @@ impl Correcting {
                 readings.push(*reading_m, NORMAL_95 * noise_m, ReadingSource::Own);
             }
         }
+    }
+
+    /// What each lost gage reads, and should read; its place among the gages.
+    pub(crate) fn lost<'a>(
+        &'a self,
+        channels: &'a Channels,
+        now: Step,
+    ) -> impl Iterator<Item = (usize, ReplacedReading)> + 'a {
+        let lost = (0..self.lost.len()).filter(|gage| self.lost[*gage]);
+        lost.map(move |gage| {
+            let own_m = Some(channels.readings_m()[gage]).filter(|reading_m| reading_m.is_finite());
+            let known = self.replaced(gage, channels, now);
+            let known = known.filter(|(reading_m, off_m)| (reading_m + off_m).is_finite());
+            let reading = ReplacedReading {
+                step: now,
+                own_m,
+                elongation_m: known.map(|(reading_m, _)| reading_m),
+                low_m: known.map(|(reading_m, off_m)| reading_m - off_m),
+                high_m: known.map(|(reading_m, off_m)| reading_m + off_m),
+            };
+            (gage, reading)
+        })
     }
 
     /// What a lost gage should read, and half the width of its 95 % interval \[m\]. None if a force is beyond those that the

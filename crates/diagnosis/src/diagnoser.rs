@@ -5,7 +5,7 @@
 //! them (`commands.rs`). The order of the
 //! actions is the order in which they are to be carried out.
 
-use vocabulary::{Component, ModuleName, ModulePhase, RunId, Step};
+use vocabulary::{Component, ComponentKind, ModuleName, ModulePhase, RunId, Step};
 
 use crate::channels::{ChannelLayout, Channels};
 use crate::comparing::Comparing;
@@ -21,7 +21,8 @@ use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
 use vocabulary::{
-    CorrectedReadings, Counters, Evidence, PastWatch, StateAnswer, StateQuestion, Verdict,
+    CorrectedReadings, Counters, Evidence, PastWatch, ReplacedReading, StateAnswer, StateQuestion,
+    Verdict,
 };
 
 /// The state that survives a restart. The shell stores it and passes it to
@@ -310,6 +311,14 @@ impl Diagnoser {
     pub fn write_readings(&self, readings: &mut CorrectedReadings) {
         let now = self.last_step().unwrap_or_default();
         self.correcting.write(&self.channels, now, readings);
+    }
+
+    /// The faulty gages, with what they read at the latest step and what they should have read.
+    pub fn replaced_readings(&self) -> impl Iterator<Item = (&Component, ReplacedReading)> {
+        let now = self.last_step().unwrap_or_default();
+        let gages = self.components().iter().filter(|one| one.kind() == ComponentKind::Sensor);
+        let gages: Vec<&Component> = gages.collect();
+        self.correcting.lost(&self.channels, now).map(move |(gage, reading)| (gages[gage], reading))
     }
 
     /// The observed forces at the latest step \[N\]; NaN without a value.

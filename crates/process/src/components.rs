@@ -10,8 +10,8 @@ use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use vocabulary::{
     Ability, Change, Component, ComponentPath, Condition, CylinderCapability, FaultState,
-    FaultTransition, Identification, Input, ModuleName, ModulePhase, PhaseChange, RunId, Shelving,
-    Unknown,
+    FaultTransition, Identification, Input, ModuleName, ModulePhase, PhaseChange, ReplacedReading,
+    RunId, Shelving, Unknown,
 };
 
 use crate::identified_fault::IdentifiedFault;
@@ -61,6 +61,8 @@ struct StoredComponent {
     fault: IdentifiedFault,
     /// The comparison with its reference, and since when that does not permit calling it normal.
     condition: Option<Condition>,
+    /// Of a faulty gage, what it should read.
+    reading: Option<ReplacedReading>,
     hidden_since_ns: Option<u64>,
 }
 
@@ -240,6 +242,17 @@ impl ComponentStore {
         }
     }
 
+    /// Records what faulty gages read, and should read.
+    pub fn readings<'a>(
+        &mut self,
+        replaced: impl IntoIterator<Item = (&'a Component, ReplacedReading)>,
+    ) {
+        let mut replaced: BTreeMap<_, _> = replaced.into_iter().collect();
+        for entry in &mut self.entries[..self.own] {
+            entry.reading = replaced.remove(&entry.path.component);
+        }
+    }
+
     /// Records a change of phase. Returns it with its number.
     pub fn phase_changed(&mut self, mut change: PhaseChange) -> PhaseChange {
         change.number = self.journalled_phase.as_ref().map_or(1, |latest| latest.number + 1);
@@ -405,7 +418,15 @@ impl ComponentStore {
 impl StoredComponent {
     fn new(path: ComponentPath) -> Self {
         let fault = IdentifiedFault::default();
-        Self { path, latest: None, ticket: 0, fault, condition: None, hidden_since_ns: None }
+        Self {
+            path,
+            latest: None,
+            ticket: 0,
+            fault,
+            condition: None,
+            reading: None,
+            hidden_since_ns: None,
+        }
     }
 
     /// The transition with the highest sequence number is the latest.
@@ -434,6 +455,7 @@ impl StoredComponent {
             };
             return state.while_unknown(unknown.clone());
         }
+        state.reading = self.reading.filter(|_| state.state().is_fault());
         let Some(condition) = &self.condition else { return state };
         state = match self.hidden_since_ns {
             Some(since_unix_ns) if state.state() == FaultState::Normal => {

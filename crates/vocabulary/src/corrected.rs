@@ -44,6 +44,21 @@ pub struct CorrectedReadings {
     pub source: Vec<ReadingSource>,
 }
 
+/// What a faulty gage read at a step, and what it should have read.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ReplacedReading {
+    /// The step.
+    pub step: Step,
+    /// What it read \[m\]; `null` if that was nothing usable.
+    pub own_m: Option<f64>,
+    /// What it should have read \[m\]; `null` if that is not known.
+    pub elongation_m: Option<f64>,
+    /// The lower end of the 95 % interval of that \[m\].
+    pub low_m: Option<f64>,
+    /// Its upper end \[m\].
+    pub high_m: Option<f64>,
+}
+
 /// Where a corrected reading comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

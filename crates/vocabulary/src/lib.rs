@@ -84,7 +84,7 @@ pub use clock_difference::ClockDifference;
 pub use component::{Component, ComponentError, ComponentKind, ComponentPath, Mention};
 pub use condition::{Condition, Obstacle};
 pub use configuration::ModuleConfiguration;
-pub use corrected::{Corrected, CorrectedReadings, ReadingSource};
+pub use corrected::{Corrected, CorrectedReadings, ReadingSource, ReplacedReading};
 pub use divergence::{Channel, Divergences};
 pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
 pub use evidence::Evidence;

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::condition::Condition;
+use crate::corrected::ReplacedReading;
 use crate::encoding::{Message, tagged_by_word};
 use crate::evidence::Evidence;
 use crate::fault_state::FaultState;
@@ -92,6 +93,8 @@ pub struct FaultTransition {
     pub tare: Option<f64>,
     /// How the component stands to its reference. Only in answer to a question.
     pub condition: Option<Condition>,
+    /// Of a faulty gage, what it reads and what it should read. Only in answer to a question.
+    pub reading: Option<ReplacedReading>,
     /// Of a fault that has been identified, the latest word on its kind and size, without the signature.
     pub identification: Option<Box<Identification>>,
     /// The order that led to this transition, if one did.
@@ -141,6 +144,7 @@ impl FaultTransition {
             unknown: None,
             tare: None,
             condition: None,
+            reading: None,
             identification: None,
             order: None,
             state_order: None,

@@ -14,9 +14,9 @@ use vocabulary::{
     GivenOrderKind, HistoryPage, Identification, IdentifiedKind, Injected, Injection,
     JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Obstacle, Order,
     PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress,
-    ReadingSource, Refused, RunId, Sample, Shelving, Signature, SignaturePoint, StateAnswer,
-    StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown, VERSION,
-    Verdict, WindowLength, WindowMeans, decode, encode,
+    ReadingSource, Refused, ReplacedReading, RunId, Sample, Shelving, Signature, SignaturePoint,
+    StateAnswer, StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown,
+    VERSION, Verdict, WindowLength, WindowMeans, decode, encode,
     fault::{Fault, FaultKind},
     keys::PLANT,
 };
@@ -339,6 +339,13 @@ fn events_are_read_back() {
         })),
         shelved: Some(shelving()),
         suppressed: Some(Shelving { on_behalf_of: None, ..shelving() }),
+        reading: Some(ReplacedReading {
+            step: Step(7),
+            own_m: Some(3e-4),
+            elongation_m: Some(1e-6),
+            low_m: Some(9e-7),
+            high_m: Some(1.1e-6),
+        }),
         shut_off: Some(GivenOrder {
             kind: GivenOrderKind::ShutOff { since_unix_ns: 4 },
             by: "ada".into(),

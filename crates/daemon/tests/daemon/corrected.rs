@@ -8,8 +8,8 @@ use crate::support::{LIMIT, Rig, first, in_time};
 use daemon::config::{PlantFlags, ScheduledFault, Speed, ToleranceSettings};
 use tokio::sync::mpsc;
 use vocabulary::{
-    ComponentPath, Corrected, Message, ModuleName, PlantStatus, ReadingSource, RunId, Sample, Step,
-    fault::Fault, keys::Watched,
+    ComponentPath, Corrected, FaultTransition, Message, ModuleName, PlantStatus, ReadingSource,
+    RunId, Sample, Step, fault::Fault, keys::Watched,
 };
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
@@ -94,6 +94,12 @@ async fn a_faulty_gage_is_replaced_over_the_network() {
     .await;
     assert!(before > 1000 && replaced > 1000, "{before} own readings, {replaced} replaced");
     assert!(least < AT_ONCE, "the peer's forces are not used: {least}");
+    let replies = observer.get("trusswatch/tower/module2/fault/sensor/g3").await.unwrap();
+    let reply = in_time("the state", replies.recv_async()).await.unwrap().into_result().unwrap();
+    let state: FaultTransition = vocabulary::decode(&reply.payload().to_bytes()).unwrap();
+    let reading = state.reading.unwrap();
+    let off_m = reading.own_m.unwrap() - reading.elongation_m.unwrap();
+    assert!((off_m - OFFSET_M).abs() < 1e-5, "{reading:?}");
     plant.end().await;
     for diagnoser in diagnosers {
         diagnoser.stop().await;

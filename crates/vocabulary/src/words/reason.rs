@@ -1,7 +1,10 @@
 //! Why a component is in the state that it is in.
 
 use crate::printable;
-use crate::{Doubt, FaultTransition, GivenOrder, GivenOrderKind, Symptom, Verdict};
+use crate::{
+    ComponentKind, Doubt, FaultTransition, GivenOrder, GivenOrderKind, ReplacedReading, Symptom,
+    Verdict,
+};
 
 use super::aside::{asides, by_whom};
 use super::doubt::why_unconfirmed;
@@ -34,6 +37,7 @@ fn reasons(transition: &FaultTransition, tells: impl Fn(GivenOrderKind) -> bool)
             reasons.push("it agrees with its reference again".to_owned());
         }
     }
+    reasons.extend(transition.reading.as_ref().map(should_read));
     if let Verdict::Explained { by, since } = &transition.verdict {
         reasons.push(format!("explained by {by}, which changed at step {since}"));
     }
@@ -61,6 +65,19 @@ fn reasons(transition: &FaultTransition, tells: impl Fn(GivenOrderKind) -> bool)
         reasons.push("NOT IN THE JOURNAL".to_owned());
     }
     reasons.join("; ")
+}
+
+/// What a gage read, and what it should have read.
+fn should_read(reading: &ReplacedReading) -> String {
+    let micrometres = |value: f64| residual(ComponentKind::Sensor, value);
+    let own = reading.own_m.map_or_else(|| "nothing usable".to_owned(), micrometres);
+    let ends = reading.low_m.zip(reading.high_m);
+    let should = reading.elongation_m.zip(ends).map(|(value, (low, high))| {
+        let (low, high) = (low * 1e6, high * 1e6);
+        format!("{} ({low:+.2} to {high:+.2})", micrometres(value))
+    });
+    let should = should.unwrap_or_else(|| "an unknown value".to_owned());
+    format!("at step {} it read {own}, and should have read {should}", reading.step)
 }
 
 /// The order, unless what it began is said already.
@@ -202,6 +219,21 @@ mod tests {
         assert_eq!(of(later), acknowledged, "who acknowledged it is still known");
         let over = format!("{shelved}; shelving or suppression expired, the other continues");
         assert_eq!(of(transition(true, false, GivenOrderKind::Lapse { now_unix_ns: 5 })), over);
+    }
+
+    #[test]
+    fn what_a_faulty_gage_should_read_stands_beside_what_it_reads() {
+        let read = |own_m, elongation_m: Option<f64>| {
+            let (low_m, high_m) = (elongation_m.map(|m| m - 1e-7), elongation_m.map(|m| m + 2e-7));
+            let step = crate::Step(9);
+            let reading = Some(ReplacedReading { step, own_m, elongation_m, low_m, high_m });
+            let acknowledged = transition(false, false, GivenOrderKind::Acknowledge);
+            reason(&FaultTransition { reading, order: None, ..acknowledged })
+        };
+        let both = "at step 9 it read +300.10 µm, and should have read -1.20 µm (-1.30 to -1.00)";
+        assert_eq!(read(Some(300.1e-6), Some(-1.2e-6)), both);
+        let neither = "at step 9 it read nothing usable, and should have read an unknown value";
+        assert_eq!(read(None, None), neither);
     }
 
     #[test]

@@ -423,6 +423,7 @@ impl DiagnosisLoop {
         }
         self.tell_phase();
         self.tell_monitored();
+        self.shared.store.lock().components.readings(self.diagnoser.replaced_readings());
         self.tell_capability(false);
         self.end_shelvings();
         self.ask_again(now);
