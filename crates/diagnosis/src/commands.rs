@@ -29,6 +29,7 @@ impl Diagnoser {
             GivenOrderKind::Acknowledge => self.acknowledge(channel, component)?,
             GivenOrderKind::Reset { force } => self.reset(channel, component, force)?,
             GivenOrderKind::ReTare => self.re_tare(channel, component)?,
+            GivenOrderKind::Declare => return self.declare(channel, component, given, actions),
             GivenOrderKind::ShutOff { .. } => {
                 self.check_shut_off(channel, component)?;
                 return self.set_aside(channel, given, actions);
@@ -55,6 +56,28 @@ impl Diagnoser {
         let now = self.intake.position().unwrap_or_default();
         let evidence = self.channels.evidence()[channel];
         let transition = self.judging.ledger.set_aside(channel, given, now, evidence)?;
+        let sequence = transition.sequence;
+        actions.push(Action::Publish(transition));
+        Ok(sequence)
+    }
+
+    /// An operator knows more than the residuals show, as of now.
+    fn declare(
+        &mut self,
+        channel: usize,
+        component: Component,
+        given: GivenOrder,
+        actions: &mut Vec<Action>,
+    ) -> Result<u64, OrderRefusal> {
+        let verdict = self.judging.ledger.verdict(channel);
+        if verdict.is_latched() {
+            let state = verdict.as_str();
+            return Err(OrderRefusal::AlreadyFaulty { component, state });
+        }
+        let now = self.intake.position().unwrap_or_default();
+        let evidence = self.channels.evidence()[channel];
+        self.judging.isolator.drop_cases(channel);
+        let transition = self.judging.ledger.declare(channel, given, now, evidence);
         let sequence = transition.sequence;
         actions.push(Action::Publish(transition));
         Ok(sequence)

@@ -290,6 +290,27 @@ impl Ledger {
         Some(latest.clone())
     }
 
+    /// Latches a component by order, as of this step.
+    pub(crate) fn declare(
+        &mut self,
+        channel: usize,
+        order: GivenOrder,
+        (run, now): (RunId, Step),
+        evidence: Evidence,
+    ) -> Transition {
+        let sequence = self.next_sequence();
+        let entry = &mut self.entries[channel];
+        let found =
+            Detection { detection: now, ..Detection::new(Symptom::default(), now, evidence) };
+        let latched = entry.transition((sequence, run), Verdict::Latched, now, found);
+        let transition = Transition { order: Some(order), ..latched };
+        entry.verdict = Verdict::Latched;
+        entry.judged = sequence;
+        entry.latest = Some(transition.clone());
+        self.sequence = sequence;
+        transition
+    }
+
     /// Sets the alarm of a component aside, or lets it count again; shuts a cylinder off, or puts it back. The verdict stays what it is; run (0 before the first
     /// sample), step and evidence are what there is to say of it where it never had a transition.
     ///

@@ -35,6 +35,14 @@ pub enum OrderRefusal {
         /// Its state.
         state: &'static str,
     },
+    /// It is declared faulty already.
+    #[error("`{component}` is {state} already")]
+    AlreadyFaulty {
+        /// The component.
+        component: Component,
+        /// Its state.
+        state: &'static str,
+    },
     /// A gage cannot be shut off.
     #[error("`{0}` is no cylinder; only a cylinder can be shut off")]
     NotACylinder(Component),

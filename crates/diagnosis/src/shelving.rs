@@ -43,7 +43,10 @@ pub(crate) fn set_aside(
             (!lapsed).then_some(OrderRefusal::NothingIsOver as fn(Component) -> OrderRefusal)
         }
         // These are about the verdict.
-        GivenOrderKind::Acknowledge | GivenOrderKind::ReTare | GivenOrderKind::Reset { .. } => None,
+        GivenOrderKind::Acknowledge
+        | GivenOrderKind::ReTare
+        | GivenOrderKind::Reset { .. }
+        | GivenOrderKind::Declare => None,
     };
     match refusal {
         Some(refusal) => Err(refusal(before.component)),

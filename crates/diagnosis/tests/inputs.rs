@@ -123,6 +123,7 @@ fn order_kind() -> impl Strategy<Value = GivenOrderKind> {
         Just(GivenOrderKind::Unsuppress),
         any::<u64>().prop_map(|since_unix_ns| GivenOrderKind::ShutOff { since_unix_ns }),
         Just(GivenOrderKind::PutBack),
+        Just(GivenOrderKind::Declare),
         any::<u64>().prop_map(|now_unix_ns| GivenOrderKind::Lapse { now_unix_ns }),
     ]
 }

@@ -167,6 +167,20 @@ fn only_a_cylinder_whose_fault_is_latched_is_shut_off_and_it_is_put_back_before_
     assert_eq!((put_back.shut_off, put_back.verdict), (None, Verdict::Acknowledged));
 }
 
+#[test]
+fn what_an_operator_knows_to_be_faulty_is_latched_until_its_reset() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    let declared = give(&mut bench, GivenOrderKind::Declare).unwrap();
+    assert_eq!((declared.verdict.clone(), declared.detection), (Verdict::Latched, bench.now()));
+    let refusal = give(&mut bench, GivenOrderKind::Declare).unwrap_err();
+    assert_eq!(refusal.to_string(), "`sensor/g1` is latched already");
+    bench.run(HOLD + 1);
+    assert_eq!(bench.latched(), ["sensor/g1"], "and nothing else");
+    give(&mut bench, GivenOrderKind::Acknowledge).unwrap();
+    let reset = give(&mut bench, GivenOrderKind::Reset { force: false }).unwrap();
+    assert_eq!(reset.verdict, Verdict::Normal);
+}
+
 proptest! {
     /// A minute is nothing, for clocks are adjusted; a clock that was set back must not keep an alarm away.
     #[test]

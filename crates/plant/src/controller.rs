@@ -251,6 +251,28 @@ impl Reallocation {
     }
 }
 
+/// Time in which demands get from what they were before a reallocation to what they are after it \[s\].
+const BLENDING_S: f64 = 0.3;
+
+/// A bumpless transfer from a former reallocation.
+#[derive(Debug, Clone)]
+struct Blend {
+    from: Option<Reallocation>,
+    /// What it demands \[N\].
+    demands_n: Vec<f64>,
+    /// Steps since the switch, of so many.
+    taken: u64,
+    steps: u64,
+}
+
+impl Blend {
+    /// The share of the new demands, from 0 at the switch to 1.
+    fn share(&self) -> f64 {
+        let time = (self.taken as f64 / self.steps as f64).min(1.0);
+        0.5 * (1.0 - (std::f64::consts::PI * time).cos())
+    }
+}
+
 /// The controller with its present state.
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
@@ -266,6 +288,7 @@ pub(crate) struct Controller {
     limit: Option<InnovationLimit>,
     energy_map: DMatrix<f64>,
     reallocation: Option<Reallocation>,
+    blend: Blend,
     previous_forces_n: Vec<f64>,
     mean_forces_n: Vec<f64>,
 }
@@ -275,6 +298,7 @@ impl Controller {
     pub(crate) fn new(
         design: &Design,
         demand_limit_n: f64,
+        step_s: f64,
         state: Vec<f64>,
         forces_n: Vec<f64>,
     ) -> Self {
@@ -290,6 +314,12 @@ impl Controller {
             limit: None,
             energy_map: design.model.energy_map.clone(),
             reallocation: None,
+            blend: Blend {
+                from: None,
+                demands_n: vec![0.0; forces_n.len()],
+                taken: u64::MAX,
+                steps: (BLENDING_S / step_s).round().max(1.0) as u64,
+            },
             mean_forces_n: vec![0.0; forces_n.len()],
             previous_forces_n: forces_n,
         }
@@ -300,9 +330,11 @@ impl Controller {
         self.limit = limit;
     }
 
-    /// Which cylinders are lost from now on.
+    /// Which cylinders are lost from now on. Demands follow smoothly.
     pub(crate) fn reallocate(&mut self, is_lost: &[bool]) {
-        self.reallocation = Reallocation::new(&self.energy_map, is_lost);
+        let after = Reallocation::new(&self.energy_map, is_lost);
+        self.blend.from = std::mem::replace(&mut self.reallocation, after);
+        self.blend.taken = 0;
     }
 
     /// Computes the demands \[N\] from the readings \[m\] and observed forces \[N\] of a sample.
@@ -316,8 +348,21 @@ impl Controller {
         self.filter.add_product(&self.innovation, &mut self.state);
         demands_n.fill(0.0);
         self.minus_regulator.add_product(&self.state, demands_n);
+        let share = self.blend.share();
+        self.blend.taken = self.blend.taken.saturating_add(1);
+        if share < 1.0 {
+            self.blend.demands_n.copy_from_slice(demands_n);
+            if let Some(from) = &mut self.blend.from {
+                from.apply(forces_n, &mut self.blend.demands_n);
+            }
+        }
         if let Some(reallocation) = &mut self.reallocation {
             reallocation.apply(forces_n, demands_n);
+        }
+        if share < 1.0 {
+            for (demand, before) in demands_n.iter_mut().zip(&self.blend.demands_n) {
+                *demand = before + share * (*demand - before);
+            }
         }
         for demand in demands_n {
             *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
@@ -473,7 +518,7 @@ mod tests {
         let structure = Structure::from_toml(TOWER).unwrap();
         let design = Design::new(&structure, &PlantParameters::default()).unwrap();
         let mut controller =
-            Controller::new(&design, 1.0, vec![0.0; design.model.states()], vec![0.0; 8]);
+            Controller::new(&design, 1.0, 1e-3, vec![0.0; design.model.states()], vec![0.0; 8]);
         let mut demands = [0.0; 8];
         let mut readings = [0.0; 16];
         readings[0] = 0.01;

@@ -129,7 +129,7 @@ impl PlantPart {
             hydraulic_parameters: hydraulics.clone(),
             gages: Gages::new(&parameters.gages, &gage_lengths_m, seed),
             pressure_sensors: PressureSensors::new(hydraulics, actuators, step_s, seed),
-            controller: Controller::new(design, hydraulics.demand_limit_n, state, forces_n),
+            controller: Controller::new(design, hydraulics.demand_limit_n, step_s, state, forces_n),
             stroke: None,
             is_lost: vec![false; actuators],
             demand_limit_n: hydraulics.demand_limit_n,

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::mem;
 
-use diagnosis::{Diagnoser, GivenOrder, Measurements, ModuleSetup, OrderRefusal};
+use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
 use serde::{Deserialize, Serialize};
 use vocabulary::{
@@ -162,6 +162,17 @@ impl Rig {
     /// No such cylinder.
     pub fn reallocate(&mut self, cylinder: &ComponentPath) -> Result<(), RigError> {
         Ok(self.plant.reallocate(cylinder, true)?)
+    }
+
+    /// An operator declares a component faulty.
+    pub fn declare(&mut self, path: &ComponentPath) {
+        let place = self.diagnosers().iter().position(|one| *one.module() == path.module);
+        let kind = GivenOrderKind::Declare;
+        let by = "study".to_owned();
+        let order = GivenOrder { kind, by, on_behalf_of: None, note: None };
+        if let Some(place) = place {
+            self.order(place, path.component.clone(), order);
+        }
     }
 
     /// The corrected readings of a module, by its index, at the latest step, if the controller is given them.

@@ -27,6 +27,8 @@ pub enum GivenOrderKind {
     Suppress(Span),
     /// Its alarm counts again.
     Unsuppress,
+    /// An operator knows it to be faulty.
+    Declare,
     /// It is a cylinder, and is shut off.
     ShutOff {
         /// Since when \[ns since 1970\].
@@ -47,7 +49,10 @@ impl GivenOrderKind {
     pub fn is_about_verdict(self) -> bool {
         matches!(
             self,
-            GivenOrderKind::Acknowledge | GivenOrderKind::ReTare | GivenOrderKind::Reset { .. }
+            GivenOrderKind::Acknowledge
+                | GivenOrderKind::ReTare
+                | GivenOrderKind::Reset { .. }
+                | GivenOrderKind::Declare
         )
     }
 }

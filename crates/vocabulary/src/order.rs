@@ -35,11 +35,13 @@ pub enum OrderKind {
     ShutOff,
     /// It is put back.
     PutBack,
+    /// A person knows the component to be faulty.
+    Declare,
 }
 
 impl OrderKind {
     /// Each of them.
-    pub const ALL: [OrderKind; 8] = [
+    pub const ALL: [OrderKind; 9] = [
         OrderKind::Acknowledge,
         OrderKind::Reset,
         OrderKind::Shelve,
@@ -48,6 +50,7 @@ impl OrderKind {
         OrderKind::Unsuppress,
         OrderKind::ShutOff,
         OrderKind::PutBack,
+        OrderKind::Declare,
     ];
 
     /// Whether it is about a module with all its components.
@@ -59,7 +62,7 @@ impl OrderKind {
     /// Whether it is about the verdict, not about the alarm alone.
     #[must_use]
     pub fn is_about_verdict(self) -> bool {
-        matches!(self, OrderKind::Acknowledge | OrderKind::Reset)
+        matches!(self, OrderKind::Acknowledge | OrderKind::Reset | OrderKind::Declare)
     }
 
     /// Whether it begins something that has an end and a reason.
@@ -80,6 +83,7 @@ impl OrderKind {
             OrderKind::Unsuppress => "unsuppress",
             OrderKind::ShutOff => "shut-off",
             OrderKind::PutBack => "put-back",
+            OrderKind::Declare => "declare",
         }
     }
 }
@@ -93,7 +97,7 @@ pub struct Order {
     pub by: String,
     /// In whose name, if `by` is a program that a person uses, such as the web page.
     pub on_behalf_of: Option<String>,
-    /// The reason. Required to shelve or suppress.
+    /// The reason. Required to shelve, suppress or declare.
     pub note: Option<String>,
     /// Duration of shelving or suppression, from 1 s to 31 days \[s\].
     pub for_s: Option<u64>,
@@ -152,6 +156,7 @@ impl Order {
             OrderKind::Unsuppress => GivenOrderKind::Unsuppress,
             OrderKind::ShutOff => GivenOrderKind::ShutOff { since_unix_ns: now_unix_ns },
             OrderKind::PutBack => GivenOrderKind::PutBack,
+            OrderKind::Declare => GivenOrderKind::Declare,
         };
         let Self { by, on_behalf_of, note, .. } = self;
         GivenOrder { kind, by, on_behalf_of, note }
@@ -168,6 +173,10 @@ impl Order {
         }
     }
 
+    fn has_reason(&self) -> bool {
+        self.note.as_ref().is_some_and(|note| !note.trim().is_empty())
+    }
+
     fn check_time(&self, kind: OrderKind) -> Result<(), String> {
         let (order, range) = (kind.as_str(), SHELVING_SECONDS);
         let (least, most) = (range.start(), range.end());
@@ -181,9 +190,10 @@ impl Order {
             None if kind.sets_aside() => {
                 Err(format!("`{order}` always ends; give `for_s`, {least} to {most} seconds"))
             }
-            Some(_) if self.note.as_ref().is_none_or(|note| note.trim().is_empty()) => {
-                Err(format!("`{order}` needs a reason in `note`"))
+            _ if kind == OrderKind::Declare && !self.has_reason() => {
+                Err("`declare` needs a reason in `note`".to_owned())
             }
+            Some(_) if !self.has_reason() => Err(format!("`{order}` needs a reason in `note`")),
             _ => Ok(()),
         }
     }

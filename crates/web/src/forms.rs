@@ -22,6 +22,9 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
                 (target.form(person, "reset", "Reset", &reset_fields()))
                 (target.form(person, "shelve", "Shelve", &aside_fields()))
                 (target.form(person, "unshelve", "Unshelve", &note("Note", false)))
+                @if !transition.state().is_fault() {
+                    (target.form(person, "declare", "Declare faulty", &note("Reason", true)))
+                }
                 @if transition.shut_off.is_some() {
                     (target.form(person, "put-back", "Put back", &note("Note", false)))
                 } @else if is_faulty_cylinder {

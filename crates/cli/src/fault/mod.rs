@@ -37,6 +37,7 @@ enum FaultCommand {
     Unsuppress(order::UnsuppressArguments),
     ShutOff(order::ShutOffArguments),
     PutBack(order::PutBackArguments),
+    Declare(order::DeclareArguments),
 }
 
 const EXAMPLES: &str = "\
@@ -81,6 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         FaultCommand::Unsuppress(arguments) => order::unsuppress(arguments),
         FaultCommand::ShutOff(arguments) => order::shut_off(arguments),
         FaultCommand::PutBack(arguments) => order::put_back(arguments),
+        FaultCommand::Declare(arguments) => order::declare(arguments),
     }
 }
 

@@ -143,6 +143,17 @@ pub(crate) struct PutBackArguments {
     pub(super) orders: ComponentsFlags,
 }
 
+/// Declare components faulty
+///
+/// For a fault that a person knows of and the diagnoser does not: a loose gage, a cylinder that will be taken out. It counts
+/// like one that was found, until it is acknowledged and reset; a gage's reading is replaced. Exit codes as for
+/// `trusswatch ack`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct DeclareArguments {
+    #[command(flatten)]
+    pub(super) orders: ComponentsFlags,
+}
+
 /// Duration and reason of shelving or suppression.
 #[derive(Debug, clap::Args)]
 pub(super) struct SetAsideFlags {

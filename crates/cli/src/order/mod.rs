@@ -1,4 +1,4 @@
-//! `trusswatch ack`, `reset` and `fault shelve`, `unshelve`, `suppress`, `unsuppress`, `shut-off`, `put-back`: commands of an operator to the
+//! `trusswatch ack`, `reset` and `fault shelve`, `unshelve`, `suppress`, `unsuppress`, `shut-off`, `put-back`, `declare`: commands of an operator to the
 //! diagnosers.
 
 mod arguments;
@@ -11,8 +11,8 @@ use vocabulary::{ComponentPath, ModuleName, OperatorName, Order, OrderKind};
 use crate::failure::Failure;
 use crate::output;
 pub(crate) use arguments::{
-    AcknowledgeArguments, PutBackArguments, ResetArguments, ShelveArguments, ShutOffArguments,
-    SuppressArguments, UnshelveArguments, UnsuppressArguments,
+    AcknowledgeArguments, DeclareArguments, PutBackArguments, ResetArguments, ShelveArguments,
+    ShutOffArguments, SuppressArguments, UnshelveArguments, UnsuppressArguments,
 };
 use arguments::{ComponentsFlags, IssuerFlags, SetAsideFlags};
 use carry_out::carry_out;
@@ -45,6 +45,11 @@ pub(crate) fn unshelve(arguments: &UnshelveArguments) -> Result<(), Failure> {
 /// Runs `trusswatch fault shut-off`.
 pub(crate) fn shut_off(arguments: &ShutOffArguments) -> Result<(), Failure> {
     arguments.orders.send(OrderKind::ShutOff)
+}
+
+/// Runs `trusswatch fault declare`.
+pub(crate) fn declare(arguments: &DeclareArguments) -> Result<(), Failure> {
+    arguments.orders.send(OrderKind::Declare)
 }
 
 /// Runs `trusswatch fault put-back`.

@@ -305,6 +305,9 @@ pub(super) struct ToleranceArguments {
     /// Only faults in this situation
     #[arg(long, value_name = "NAME", value_parser = named(ToleranceCampaign::SITUATIONS, Situation::as_str))]
     pub(super) situation: Option<Situation>,
+    /// Nothing fails: healthy components are declared faulty
+    #[arg(long, conflicts_with_all = ["kind", "situation"])]
+    pub(super) wrong: bool,
     /// What is done about a fault is done so many seconds late
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = |x: &str| within(x, 0.0..=10.0))]
     pub(super) late_s: f64,

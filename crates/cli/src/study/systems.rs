@@ -11,7 +11,7 @@ use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::limits::LimitCampaign;
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::tolerance::ToleranceCampaign;
-use vocabulary::ComponentKind;
+use vocabulary::{ComponentKind, fault::FaultKind};
 
 use super::arguments::{
     CampaignRequest, ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments,
@@ -181,9 +181,15 @@ impl ToleranceArguments {
         let components =
             if self.cylinders { ComponentKind::Actuator } else { ComponentKind::Sensor };
         let all = ToleranceCampaign::kinds_of(components);
-        let kinds = self.kind.map_or(all, |kind| vec![kind]);
-        let (system, situation) = (self.system.only_system()?, self.situation);
-        Ok(ToleranceCampaign { system, plants, cases, kinds, situation, late_s: self.late_s })
+        // A fault of size zero is none.
+        let kind = self.kind.or(self.wrong.then_some(match components {
+            ComponentKind::Actuator => FaultKind::InternalLeakage,
+            ComponentKind::Sensor => FaultKind::Bias,
+        }));
+        let kinds = kind.map_or(all, |kind| vec![kind]);
+        let situation = self.situation.or(self.wrong.then_some(Situation::Alone));
+        let (system, late_s, wrong) = (self.system.only_system()?, self.late_s, self.wrong);
+        Ok(ToleranceCampaign { system, plants, cases, kinds, situation, late_s, wrong })
     }
 }
 

@@ -85,6 +85,7 @@ fn order() -> impl Strategy<Value = GivenOrderKind> {
         3 => Just(GivenOrderKind::Reset { force: false }),
         2 => Just(GivenOrderKind::Reset { force: true }),
         1 => Just(GivenOrderKind::ReTare),
+        1 => Just(GivenOrderKind::Declare),
     ]
 }
 

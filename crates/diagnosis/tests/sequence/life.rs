@@ -81,6 +81,7 @@ fn check_order(transition: &Transition) {
     let kind = transition.order.as_ref().map(|order| order.kind);
     match kind {
         Some(GivenOrderKind::Acknowledge) => assert_eq!(transition.verdict, Verdict::Acknowledged),
+        Some(GivenOrderKind::Declare) => assert_eq!(transition.verdict, Verdict::Latched),
         Some(GivenOrderKind::Reset { .. } | GivenOrderKind::ReTare) => {
             assert_eq!(transition.verdict, Verdict::Normal);
         }

@@ -136,6 +136,8 @@ pub struct ToleranceCampaign {
     pub situation: Option<Situation>,
     /// What is done about a fault is done so long after it could be \[s\].
     pub late_s: f64,
+    /// Nothing fails: healthy components are declared faulty.
+    pub wrong: bool,
 }
 
 impl ToleranceCampaign {
@@ -160,6 +162,8 @@ pub struct ToleranceTask {
     pub situation: Situation,
     /// What happens from this step on counts.
     pub from: Step,
+    /// A healthy component is declared faulty at that step.
+    pub wrong: bool,
 }
 
 /// `bias, alone`
@@ -200,7 +204,10 @@ impl Campaign for ToleranceCampaign {
         let situation = self.situation.unwrap_or(TURNS[(round % TURNS.len() as u64) as usize]);
         let from = Step(self.system.steps(draw.uniform(ONSET_S)));
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
-        let fault = draw.harmful(kind, &component);
+        let fault = match self.wrong {
+            true => Fault::of_size(kind, 0.0),
+            false => draw.harmful(kind, &component),
+        };
         let at = if situation == Situation::FromTheStart { Step(0) } else { from };
         let fault = TimedFault { at, until: None, component, fault };
         let hard_over = match situation {
@@ -215,7 +222,7 @@ impl Campaign for ToleranceCampaign {
         };
         let faults = [fault].into_iter().chain(hard_over).collect();
         let steps = from.0 + self.system.steps(COUNTED_S);
-        let task = ToleranceTask { kind, situation, from };
+        let task = ToleranceTask { kind, situation, from, wrong: self.wrong };
         Ok(CampaignCase::new(number, task, seed, faults, steps))
     }
 

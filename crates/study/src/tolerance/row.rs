@@ -104,6 +104,10 @@ impl ToleranceRow {
             let mut of_measure = CaseRun::new(case, rig, &mut watch);
             let mut cylinders =
                 Cylinders { measure, late_steps, seen: 0, due: VecDeque::new(), acted: None };
+            if case.kind.wrong {
+                let due = case.kind.from.plus(late_steps);
+                cylinders.due.push_back((due, fault.component.clone()));
+            }
             let motion = follow(&mut of_measure, case, system, |run| cylinders.act(run))?;
             rows.insert(measure, motion.over(&without_fault));
             acted = acted.or(cylinders.acted);
@@ -151,6 +155,9 @@ fn follow(
     let mut follower = MotionFollower::new(&system.structure, &case.faults[0].component);
     while run.step()? {
         act(run)?;
+        if case.kind.wrong && run.rig.plant().next_step() == case.kind.from {
+            run.rig.declare(&case.faults[0].component);
+        }
         if run.rig.plant().next_step() > case.kind.from {
             follower.take(&run.rig);
         }

@@ -18,6 +18,7 @@ pub fn done(order: OrderKind) -> &'static str {
         OrderKind::Unsuppress => "no longer suppressed",
         OrderKind::ShutOff => "shut off",
         OrderKind::PutBack => "put back",
+        OrderKind::Declare => "declared faulty",
     }
 }
 

@@ -141,6 +141,7 @@ pub fn ordered(given: &GivenOrder) -> String {
         GivenOrderKind::Unsuppress => "no longer suppressed, ordered".to_owned(),
         GivenOrderKind::ShutOff { since_unix_ns } => format!("shut off at {}", utc(since_unix_ns)),
         GivenOrderKind::PutBack => "put back".to_owned(),
+        GivenOrderKind::Declare => "declared faulty".to_owned(),
     };
     let note =
         given.note.as_ref().map_or_else(String::new, |note| format!(": {}", printable(note)));

@@ -35,7 +35,7 @@ pub fn plain_topics() -> Vec<Topic> {
                 OrderKind::Acknowledge | OrderKind::Reset => {}
                 OrderKind::Shelve | OrderKind::Unshelve => {}
                 OrderKind::Suppress | OrderKind::Unsuppress => {}
-                OrderKind::ShutOff | OrderKind::PutBack => {}
+                OrderKind::ShutOff | OrderKind::PutBack | OrderKind::Declare => {}
             },
         }
     }
