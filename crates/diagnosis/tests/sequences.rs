@@ -1,6 +1,6 @@
 //! What holds of a diagnoser whatever happens to it, restarts and operators included.
 
-use crate::sequence::{Driver, Happening, Said, happening, shelving, unshelved};
+use crate::sequence::{Driver, Happening, Said, happening, is_of_alarm, shelving, unshelved};
 use diagnosis::{Action, Rule, Verdict};
 use proptest::prelude::*;
 
@@ -69,7 +69,7 @@ proptest! {
 }
 
 fn is_shelving(happening: &Happening) -> bool {
-    matches!(happening, Happening::Ordered { kind, .. } if !kind.is_about_verdict())
+    matches!(happening, Happening::Ordered { kind, .. } if is_of_alarm(*kind))
 }
 
 /// Found at random: after a restart a change that was seen before it shows a step earlier.

@@ -251,15 +251,20 @@ impl Reallocation {
     }
 }
 
-/// Time in which demands get from what they were before a reallocation to what they are after it \[s\].
+/// Time in which demands get from what they were before a reallocation to what they are after it \[s\], and time constant of
+/// the mean of what a cylinder pushes beyond its demand.
 const BLENDING_S: f64 = 0.3;
 
-/// A bumpless transfer from a former reallocation.
+/// A bumpless transfer from a former reallocation. The structure has come to rest with what a lost cylinder has pushed for long,
+/// and is brought back smoothly; what it has begun to push is made up for at once.
 #[derive(Debug, Clone)]
 struct Blend {
     from: Option<Reallocation>,
     /// What it demands \[N\].
     demands_n: Vec<f64>,
+    /// What each cylinder pushes beyond its demand, in the mean: now, and at the switch \[N\].
+    means_n: Vec<f64>,
+    held_n: Vec<f64>,
     /// Steps since the switch, of so many.
     taken: u64,
     steps: u64,
@@ -270,6 +275,40 @@ impl Blend {
     fn share(&self) -> f64 {
         let time = (self.taken as f64 / self.steps as f64).min(1.0);
         0.5 * (1.0 - (std::f64::consts::PI * time).cos())
+    }
+
+    /// Takes the forces and the demands of a step, before reallocation.
+    fn begin(&mut self, forces_n: &[f64], demands_n: &[f64]) {
+        let beyond = forces_n.iter().zip(demands_n).map(|(force, demand)| force - demand);
+        for (mean, beyond) in self.means_n.iter_mut().zip(beyond) {
+            *mean += (beyond - *mean) / self.steps as f64;
+        }
+        if self.taken < self.steps {
+            self.demands_n.copy_from_slice(demands_n);
+            if let Some(from) = &mut self.from {
+                from.apply(forces_n, &mut self.demands_n);
+            }
+        }
+    }
+
+    /// Blends the demands after reallocation with those of the former one.
+    fn end(&mut self, reallocation: Option<&mut Reallocation>, demands_n: &mut [f64]) {
+        let share = self.share();
+        self.taken = self.taken.saturating_add(1);
+        if share >= 1.0 {
+            return;
+        }
+        for (demand, before) in demands_n.iter_mut().zip(&self.demands_n) {
+            *demand = before + share * (*demand - before);
+        }
+        let Some(Reallocation { minus_share, difference_n, .. }) = reallocation else { return };
+        let was_lost = |place: usize| self.from.as_ref().is_some_and(|from| from.is_lost[place]);
+        for (place, difference) in difference_n.iter_mut().enumerate() {
+            let fresh = *difference - self.held_n[place];
+            let counts = *difference != 0.0 && !was_lost(place);
+            *difference = if counts { (1.0 - share) * fresh } else { 0.0 };
+        }
+        minus_share.add_product(difference_n, demands_n);
     }
 }
 
@@ -317,6 +356,8 @@ impl Controller {
             blend: Blend {
                 from: None,
                 demands_n: vec![0.0; forces_n.len()],
+                means_n: vec![0.0; forces_n.len()],
+                held_n: vec![0.0; forces_n.len()],
                 taken: u64::MAX,
                 steps: (BLENDING_S / step_s).round().max(1.0) as u64,
             },
@@ -334,6 +375,7 @@ impl Controller {
     pub(crate) fn reallocate(&mut self, is_lost: &[bool]) {
         let after = Reallocation::new(&self.energy_map, is_lost);
         self.blend.from = std::mem::replace(&mut self.reallocation, after);
+        self.blend.held_n.copy_from_slice(&self.blend.means_n);
         self.blend.taken = 0;
     }
 
@@ -348,22 +390,11 @@ impl Controller {
         self.filter.add_product(&self.innovation, &mut self.state);
         demands_n.fill(0.0);
         self.minus_regulator.add_product(&self.state, demands_n);
-        let share = self.blend.share();
-        self.blend.taken = self.blend.taken.saturating_add(1);
-        if share < 1.0 {
-            self.blend.demands_n.copy_from_slice(demands_n);
-            if let Some(from) = &mut self.blend.from {
-                from.apply(forces_n, &mut self.blend.demands_n);
-            }
-        }
+        self.blend.begin(forces_n, demands_n);
         if let Some(reallocation) = &mut self.reallocation {
             reallocation.apply(forces_n, demands_n);
         }
-        if share < 1.0 {
-            for (demand, before) in demands_n.iter_mut().zip(&self.blend.demands_n) {
-                *demand = before + share * (*demand - before);
-            }
-        }
+        self.blend.end(self.reallocation.as_mut(), demands_n);
         for demand in demands_n {
             *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
         }
@@ -511,6 +542,48 @@ mod tests {
         }
         assert!(Reallocation::new(map, &vec![false; map.ncols()]).is_none());
         assert!(Reallocation::new(map, &vec![true; map.ncols()]).is_none());
+    }
+
+    /// A controller at rest whose first cylinder pushes that much after so many steps, and counts as lost from then on. The
+    /// other demands, at each step.
+    fn made_up_for(begins: usize, lost: usize, force_n: f64) -> Vec<Vec<f64>> {
+        let structure = Structure::from_toml(TOWER).unwrap();
+        let design = Design::new(&structure, &PlantParameters::default()).unwrap();
+        let state = vec![0.0; design.model.states()];
+        let mut controller = Controller::new(&design, 1e6, 1e-3, state, vec![0.0; 8]);
+        let mut demands = [0.0; 8];
+        let step = |step: usize| {
+            let mut is_lost = [false; 8];
+            is_lost[0] = true;
+            if step == lost {
+                controller.reallocate(&is_lost);
+            }
+            let mut forces = [0.0; 8];
+            forces[0] = if step >= begins { force_n } else { 0.0 };
+            // The structure stays where it is.
+            controller.state.fill(0.0);
+            controller.previous_forces_n.fill(0.0);
+            controller.step(&[0.0; 16], &forces, &mut demands);
+            demands[1..].to_vec()
+        };
+        (0..lost + 1000).map(step).collect()
+    }
+
+    #[test]
+    fn what_a_lost_cylinder_begins_to_push_is_made_up_for_at_once_and_what_it_has_pushed_smoothly()
+    {
+        let step = |demands: &[Vec<f64>], at: usize| {
+            let both = demands[at - 1].iter().zip(&demands[at]);
+            both.map(|(before, after)| (after - before).abs()).fold(0.0, f64::max)
+        };
+        let largest = |demands: &[f64]| demands.iter().fold(0.0, |most: f64, n| most.max(n.abs()));
+        let (fresh, old) = (made_up_for(2500, 2520, 77e3), made_up_for(0, 2520, 77e3));
+        let end = largest(&old[3500]);
+        assert!(end > 20e3, "{end}");
+        assert!((largest(&fresh[3500]) - end).abs() < 0.1 * end);
+        assert!(step(&fresh, 2520) > 0.8 * end, "{}", step(&fresh, 2520));
+        let steps = (2520..3500).map(|at| step(&old, at)).fold(0.0, f64::max);
+        assert!(steps < 0.01 * end, "{steps}");
     }
 
     #[test]

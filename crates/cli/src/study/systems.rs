@@ -181,7 +181,7 @@ impl ToleranceArguments {
         let components =
             if self.cylinders { ComponentKind::Actuator } else { ComponentKind::Sensor };
         let all = ToleranceCampaign::kinds_of(components);
-        // A fault of size zero is none.
+        // Kinds that have a size, which is negligible.
         let kind = self.kind.or(self.wrong.then_some(match components {
             ComponentKind::Actuator => FaultKind::InternalLeakage,
             ComponentKind::Sensor => FaultKind::Bias,

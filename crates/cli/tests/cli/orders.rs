@@ -104,6 +104,26 @@ async fn alarms_are_set_aside_for_a_time_and_for_a_reason() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_cylinder_is_shut_off_and_put_back_and_a_component_is_declared_faulty_for_a_reason() {
+    let mut tower = StandIn::open("tower").await;
+    let orders = tower.orders("module1", Arc::new(reasonable)).await;
+    tower.token("module1").await;
+    for (command, done) in
+        [("shut-off", "shut off"), ("put-back", "put back"), ("declare", "declared faulty")]
+    {
+        let arguments = ["fault", command, "module1/actuator/a1", "--by", "ada", "--note", "loud"];
+        let outcome = tower.run(&arguments);
+        outcome.succeeds();
+        assert!(outcome.stdout.starts_with(done), "{}", outcome.stdout);
+    }
+    assert!(orders.lock().unwrap().iter().all(|order| order.note.as_deref() == Some("loud")));
+    tower
+        .run(&["fault", "declare", "module1/sensor/g1", "--by", "ada"])
+        .fails(2, &["`declare` needs a reason"]);
+    assert_eq!(orders.lock().unwrap().len(), 3);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn what_cannot_be_set_aside_is_refused_with_the_reason() {
     let mut tower = StandIn::open("tower").await;
     let judge = |_, order: &Order| match &order.component {

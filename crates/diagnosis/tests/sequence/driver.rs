@@ -229,7 +229,8 @@ impl Driver {
     /// the paper, actuators are.
     fn check_commitment(&self, transition: &Transition) {
         let alone = self.rule == Rule::Paper && is_actuator(&transition.component);
-        if transition.verdict != Verdict::Latched || alone || !is_about_verdict(transition) {
+        // A person commits himself.
+        if transition.verdict != Verdict::Latched || alone || transition.order.is_some() {
             return;
         }
         let Transition { detection, decided, .. } = *transition;

@@ -86,6 +86,8 @@ fn order() -> impl Strategy<Value = GivenOrderKind> {
         2 => Just(GivenOrderKind::Reset { force: true }),
         1 => Just(GivenOrderKind::ReTare),
         1 => Just(GivenOrderKind::Declare),
+        1 => Just(GivenOrderKind::ShutOff { since_unix_ns: 5 }),
+        1 => Just(GivenOrderKind::PutBack),
     ]
 }
 
@@ -104,8 +106,6 @@ pub fn shelving() -> impl Strategy<Value = Happening> {
         2 => span().prop_map(GivenOrderKind::Suppress),
         1 => Just(GivenOrderKind::Unshelve),
         1 => Just(GivenOrderKind::Unsuppress),
-        1 => Just(GivenOrderKind::ShutOff { since_unix_ns: 5 }),
-        1 => Just(GivenOrderKind::PutBack),
         1 => (0..2000_u64).prop_map(|now_unix_ns| GivenOrderKind::Lapse { now_unix_ns }),
     ];
     (0..6_usize, kind).prop_map(|(component, kind)| Happening::Ordered { component, kind })

@@ -67,6 +67,12 @@ pub fn is_about_verdict(transition: &Transition) -> bool {
     transition.order.as_ref().is_none_or(|order| order.kind.is_about_verdict())
 }
 
+/// Whether it is about the alarm alone. A cylinder that is shut off cannot be reset, so that is more.
+pub fn is_of_alarm(kind: GivenOrderKind) -> bool {
+    use GivenOrderKind::{Lapse, Shelve, Suppress, Unshelve, Unsuppress};
+    matches!(kind, Shelve(_) | Unshelve | Suppress(_) | Unsuppress | Lapse { .. })
+}
+
 /// Nothing explains itself.
 fn check_explanation(transition: &Transition) {
     if let Verdict::Explained { by, since } = &transition.verdict {

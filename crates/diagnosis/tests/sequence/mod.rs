@@ -20,4 +20,5 @@ mod unshelved;
 
 pub use driver::Driver;
 pub use happening::{Happening, Said, happening, shelving};
+pub use life::is_of_alarm;
 pub use unshelved::unshelved;

@@ -2,7 +2,7 @@
 
 use diagnosis::{Action, OrderToken, Transition};
 
-use super::life::is_about_verdict;
+use super::life::is_of_alarm;
 
 /// The history without the outcomes of such orders, without what they say of components, and without numbers.
 pub fn unshelved(history: &[Action]) -> Vec<Action> {
@@ -10,7 +10,9 @@ pub fn unshelved(history: &[Action]) -> Vec<Action> {
     let mut outcomes = history.iter().peekable();
     while let Some(action) = outcomes.next() {
         match action {
-            Action::Publish(transition) if !is_about_verdict(transition) => {
+            Action::Publish(transition)
+                if transition.order.as_ref().is_some_and(|order| is_of_alarm(order.kind)) =>
+            {
                 let outcome = outcomes.next();
                 assert!(matches!(outcome, Some(Action::Obeyed { .. })), "{outcome:?}");
             }
@@ -23,20 +25,8 @@ pub fn unshelved(history: &[Action]) -> Vec<Action> {
 
 /// A component that is not the module's is refused whatever is ordered.
 fn is_of_shelving(refusal: &diagnosis::OrderRefusal) -> bool {
-    use diagnosis::OrderRefusal::{
-        NotACylinder, NotShelved, NotShutOff, NotSuppressed, NothingIsOver, NothingToShutOff,
-        Unknown,
-    };
-    matches!(
-        refusal,
-        NotShelved(_)
-            | NotSuppressed(_)
-            | NothingIsOver(_)
-            | Unknown(_)
-            | NotShutOff(_)
-            | NotACylinder(_)
-            | NothingToShutOff { .. }
-    )
+    use diagnosis::OrderRefusal::{NotShelved, NotSuppressed, NothingIsOver, Unknown};
+    matches!(refusal, NotShelved(_) | NotSuppressed(_) | NothingIsOver(_) | Unknown(_))
 }
 
 fn without_numbers(action: &Action) -> Action {
@@ -46,7 +36,6 @@ fn without_numbers(action: &Action) -> Action {
             sequence: 0,
             shelved: None,
             suppressed: None,
-            shut_off: None,
             ..transition
         }),
         Action::Identify(mut excerpt) => {

@@ -32,6 +32,8 @@ const ONSET_S: [f64; 2] = [10.5, 11.5];
 const COUNTED_S: f64 = 10.0;
 /// A cylinder is hard over so long before the gage fails \[s\].
 const HARD_OVER_BEFORE_S: [f64; 2] = [3.5, 5.0];
+/// Size of a fault that is none \[m\], \[m²\].
+const NEGLIGIBLE: f64 = 1e-12;
 /// Leaks \[m²\] and bands of stiction \[m³/s\].
 const LEAKS_M2: [f64; 2] = [3e-8, 5e-7];
 const BANDS_M3_PER_S: [f64; 2] = [1e-6, 1e-4];
@@ -205,7 +207,7 @@ impl Campaign for ToleranceCampaign {
         let from = Step(self.system.steps(draw.uniform(ONSET_S)));
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
         let fault = match self.wrong {
-            true => Fault::of_size(kind, 0.0),
+            true => Fault::of_size(kind, NEGLIGIBLE),
             false => draw.harmful(kind, &component),
         };
         let at = if situation == Situation::FromTheStart { Step(0) } else { from };

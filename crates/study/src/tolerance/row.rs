@@ -1,6 +1,6 @@
 //! The result of a case: what the fault cost with each measure, and how true the corrected reading was.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use serde::{Deserialize, Serialize};
 use vocabulary::{Component, ComponentPath, IdentifiedKind, ReadingSource, Step, fault::FaultKind};
@@ -45,8 +45,8 @@ pub struct ToleranceRow {
     pub named_after_s: Option<f64>,
     /// Healthy components that were named.
     pub wrong: Vec<ComponentPath>,
-    /// Healthy components that were named with any measure.
-    pub wrong_with_measures: BTreeSet<ComponentPath>,
+    /// Healthy components that were named with a measure.
+    pub wrong_with: BTreeMap<Measure, Vec<ComponentPath>>,
     /// Largest base wind speed \[m/s\].
     pub wind_m_per_s: f64,
     /// The run without the fault.
@@ -80,7 +80,7 @@ impl ToleranceRow {
                 |path: &ComponentPath| case.faults.iter().all(|fault| fault.component != *path);
             named.filter(is_healthy).collect::<Vec<_>>()
         };
-        let mut wrong_with_measures = BTreeSet::new();
+        let mut wrong_with = BTreeMap::new();
         let mut demand_step_n = BTreeMap::new();
         let mut corrected = None;
         let mut acted = None;
@@ -111,7 +111,10 @@ impl ToleranceRow {
             let motion = follow(&mut of_measure, case, system, |run| cylinders.act(run))?;
             rows.insert(measure, motion.over(&without_fault));
             acted = acted.or(cylinders.acted);
-            wrong_with_measures.extend(healthy_named(&of_measure));
+            let named = healthy_named(&of_measure);
+            if !named.is_empty() {
+                wrong_with.insert(measure, named);
+            }
             if measure.corrects() {
                 demand_step_n.insert(measure, watcher.largest_step_n);
             }
@@ -134,7 +137,7 @@ impl ToleranceRow {
                 .as_ref()
                 .map(|(_, transition)| transition.decided.since(fault.at) as f64 * step_s),
             wrong: healthy_named(run),
-            wrong_with_measures,
+            wrong_with,
             wind_m_per_s: run.rig.plant().conditions().base_speed_m_per_s,
             without_fault,
             relative: rows,

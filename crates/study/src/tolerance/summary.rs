@@ -107,7 +107,7 @@ pub struct ToleranceSummary {
     /// Cases in which the faulty component and no other was named; the figures are about them.
     pub named: u64,
     /// Those of them in which a healthy component was named with any measure.
-    pub wrong_with_measures: u64,
+    pub wrong_with_any: u64,
     /// What measures leave.
     pub measures: BTreeMap<Measure, MeasureRow>,
     /// The same by kind of fault.
@@ -141,10 +141,7 @@ impl ToleranceSummary {
         Self {
             cases: rows.len() as u64,
             named: right.len() as u64,
-            wrong_with_measures: right
-                .iter()
-                .filter(|row| !row.wrong_with_measures.is_empty())
-                .count() as u64,
+            wrong_with_any: right.iter().filter(|row| !row.wrong_with.is_empty()).count() as u64,
             measures: measures(&alone),
             by_kind: kinds.into_iter().map(|(kind, rows)| (kind, measures(&rows))).collect(),
             readings: situations
@@ -180,7 +177,7 @@ impl ToleranceSummary {
             "Median / 95 % / worst. The tables are about the {} of {} cases in which the faulty component and no healthy one \
              was named; this one about single faults that begin in service. With a measure, a healthy component was named in \
              {} of them.",
-            self.named, self.cases, self.wrong_with_measures
+            self.named, self.cases, self.wrong_with_any
         ));
         let microstrain = |strain: f64| format!("{:.2}", 1e6 * strain);
         let reading = |name: String, row: &ReadingRow| {

@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use observer::{NetworkState, Scene};
 use truss::Structure;
-use vocabulary::{FaultState, FaultTransition};
+use vocabulary::{FaultState, FaultTransition, GivenOrder, GivenOrderKind};
 
 use crate::access::{Person, Viewer};
 use crate::drawing::LinkedDrawing;
@@ -199,6 +199,25 @@ fn nothing_is_asked_of_another_host_and_no_script_or_style_stands_in_a_page() {
         !page.contains("style=") && !page.contains("onclick"),
         "a content security policy refuses it"
     );
+}
+
+#[test]
+fn forms_are_those_that_a_diagnoser_may_obey() {
+    let forms = |fault: &FaultTransition| {
+        let mut viewer = Viewer::default();
+        let (name, form_token) = ("ada".to_owned(), "t0k".to_owned());
+        viewer.person = Some(Person { name, may_order: true, form_token });
+        let page = html! { (forms::of_component(&viewer, fault, "/")) }.into_string();
+        ["declare", "shut-off", "put-back"].map(|kind| page.contains(&format!("/order/{kind}\"")))
+    };
+    let cylinder = latched("m1/actuator/a1");
+    assert_eq!(forms(&latched("m1/sensor/g1")), [false, false, false]);
+    assert_eq!(forms(&cylinder), [false, true, false]);
+    let (kind, by) = (GivenOrderKind::ShutOff { since_unix_ns: 1 }, "ada".to_owned());
+    let shut_off = Some(GivenOrder { kind, by, on_behalf_of: None, note: None });
+    assert_eq!(forms(&FaultTransition { shut_off, ..cylinder.clone() }), [false, false, true]);
+    let untouched = FaultTransition::untouched(cylinder.structure, cylinder.component, 5);
+    assert_eq!(forms(&untouched), [true, false, false]);
 }
 
 #[test]
