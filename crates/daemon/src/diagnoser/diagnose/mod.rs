@@ -191,6 +191,8 @@ impl DiagnosisLoop {
     /// Diagnoses what is there to be diagnosed.
     fn advance(&mut self) {
         while self.executor.query_pause.until().is_none() {
+            // A long backlog on a busy machine takes longer than the watchdog waits.
+            self.supervisor.progress();
             let last = self.diagnoser.run().zip(self.diagnoser.last_step());
             match self.input.sequencer.next(last, std::time::Instant::now()) {
                 Some(SequencerStep::Process(arrival)) => self.take_sample(arrival),
