@@ -1,4 +1,5 @@
-//! Alarms that are set aside and cylinders that are shut off: by whom, how long, and what becomes of it.
+//! Shelved and suppressed alarms, cylinders that are shut off, and declared faults: who ordered it, how long it lasts, and
+//! how it ends.
 
 use crate::fixture::{Bench, HOLD};
 use diagnosis::{

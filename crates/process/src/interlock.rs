@@ -97,7 +97,7 @@ mod tests {
         assert_eq!(refusal(&interlock, &own, 0).as_deref(), Some(unknown));
         interlock.hear(&peer, &cylinders(&[Ability::Full]), start);
         interlock.hear(&"m3".parse().unwrap(), &cylinders(&[Ability::ShutOff]), start);
-        assert_eq!(refusal(&interlock, &own, 3), None, "m3 is no peer");
+        assert_eq!(refusal(&interlock, &own, 3), None, "m3 is not a peer");
         assert_eq!(refusal(&interlock, &own, 4).as_deref(), Some(unknown), "m2 is silent");
         let full = "1 of at most 1 cylinders are shut off; put one back first";
         let own_off = cylinders(&[Ability::HardOver, Ability::ShutOff]);

@@ -84,7 +84,7 @@ async fn one_cylinder_that_is_hard_over_is_shut_off_by_order_and_the_next_by_its
     is_empty(&observer, "module1", true).await;
     says(&observer, "module1", Ability::ShutOff).await;
 
-    // The other one waits for its turn, for whoever asks.
+    // A second cylinder must wait, whether an operator asks or its module.
     says(&observer, "module2", Ability::HardOver).await;
     let refused = order(&observer, "module2", OrderKind::ShutOff).await.unwrap_err().to_string();
     assert!(refused.contains("1 of at most 1 cylinders are shut off"), "{refused}");
