@@ -20,6 +20,9 @@ use crate::arrays::{from_json, value_error};
 /// residuals : bool
 ///     Give residuals and divergences at every step: the samples go through a diagnoser with the recorded configuration,
 ///     which starts with the first recorded step of the run. Else they are there where they were published.
+/// corrected : bool
+///     Give what each gage reads at every step, or should have read from the verdict on it on: the recorded processes are
+///     replayed, without their peers' forces.
 ///
 /// Returns
 /// -------
@@ -27,7 +30,8 @@ use crate::arrays::{from_json, value_error};
 ///     For each module and run, `MODULE-run-RUN`, a dict of columns, arrays of the shape (steps,): step (uint64), time_s [s],
 ///     published_ns [ns since 1970] (uint64), then by component and signal `module1/actuator/a1/demand_n` [N],
 ///     `.../pressure_a_pa`, `.../pressure_b_pa` [Pa], `module1/sensor/g5/elongation_m` [m], `.../residual` [N or m],
-///     `.../divergence`. NaN is missing. `pandas.DataFrame(table)` makes a data frame of one.
+///     `.../divergence`, with `corrected` `.../corrected_m`, `.../corrected_low_m`, `.../corrected_high_m` (95 % interval)
+///     [m]. NaN is missing. `pandas.DataFrame(table)` makes a data frame of one.
 /// verdicts : list of dict
 ///     The messages on transitions, by module and time.
 ///
@@ -36,11 +40,12 @@ use crate::arrays::{from_json, value_error};
 /// ValueError
 ///     A file cannot be read whole, or nothing is known of a module's configuration (with `residuals`).
 #[pyfunction]
-#[pyo3(signature = (files, *, residuals=false))]
+#[pyo3(signature = (files, *, residuals=false, corrected=false))]
 pub(crate) fn read_recording<'py>(
     py: Python<'py>,
     files: Vec<PathBuf>,
     residuals: bool,
+    corrected: bool,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyAny>)> {
     let mut collection = Collection::default();
     for file in &files {
@@ -73,9 +78,14 @@ pub(crate) fn read_recording<'py>(
                 (Ok(setup), true) => RunRows::replayed(record, run, setup),
                 (Err(shortfall), true) => Err(shortfall.clone()),
             };
-            let rows = rows.map_err(|shortfall| {
+            let mut rows = rows.map_err(|shortfall| {
                 value_error(format!("no residuals of `{module}`: {shortfall}"))
             })?;
+            if corrected {
+                rows = rows.with_corrected().map_err(|shortfall| {
+                    value_error(format!("no corrected readings of `{module}`: {shortfall}"))
+                })?;
+            }
             tables.set_item(format!("{prefix}-run-{run}"), columns(py, rows)?)?;
         }
     }

@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use diagnosis::{Measurements, ModuleSetup};
-use vocabulary::{Component, ComponentPath, Divergences, RunId, Signal, Step};
+use vocabulary::{Component, ComponentPath, CorrectedReadings, Divergences, RunId, Signal, Step};
 
 use crate::collection::ModuleRecord;
+use crate::player::corrected;
 use crate::residuals::ResidualReplay;
 use crate::shortfall::Shortfall;
 
@@ -29,6 +30,8 @@ struct TableColumns {
     measured: Signal,
     /// The components of residuals and divergences.
     channels: Vec<ComponentPath>,
+    /// What gages should read stands last.
+    has_corrected: bool,
 }
 
 impl TableColumns {
@@ -63,6 +66,7 @@ impl TableColumns {
                 _ => Signal::Elongation,
             },
             channels: channels.into_iter().map(path).collect(),
+            has_corrected: false,
         }
     }
 
@@ -77,10 +81,18 @@ impl TableColumns {
         for path in &self.channels {
             names.extend([Signal::Residual, Signal::Divergence].map(|signal| signal.column(path)));
         }
+        for path in self.gages.iter().filter(|_| self.has_corrected) {
+            names.extend(CORRECTED.map(|signal| signal.column(path)));
+        }
         names
     }
 
-    fn row(&self, sample: &Measurements, divergences: Option<&Divergences>) -> Vec<f64> {
+    fn row(
+        &self,
+        sample: &Measurements,
+        divergences: Option<&Divergences>,
+        corrected: Option<&CorrectedReadings>,
+    ) -> Vec<f64> {
         let time_s = self.step_s.map_or(f64::NAN, |step_s| sample.step.0 as f64 * step_s);
         let mut row = vec![time_s];
         let mut add = |values: &mut dyn Iterator<Item = f64>, count: usize| {
@@ -100,6 +112,14 @@ impl TableColumns {
             let divergence = channel.and_then(|channel| channel.divergence).unwrap_or(f64::NAN);
             row.extend([residual, divergence]);
         }
+        if self.has_corrected {
+            let values = |gage: usize| {
+                let all = corrected.map(|all| [&all.elongations_m, &all.low_m, &all.high_m]);
+                let all = all.map(|all| all.map(|values| values.get(gage).copied().flatten()));
+                all.unwrap_or_default().map(|value| value.unwrap_or(f64::NAN))
+            };
+            row.extend((0..self.gages.len()).flat_map(values));
+        }
         row
     }
 }
@@ -118,7 +138,12 @@ pub struct RunRows {
     columns: TableColumns,
     indices: std::vec::IntoIter<usize>,
     evidence: DivergenceSource,
+    corrected: BTreeMap<Step, CorrectedReadings>,
+    run: RunId,
 }
+
+/// What a gage should read, and its interval.
+const CORRECTED: [Signal; 3] = [Signal::Corrected, Signal::CorrectedLow, Signal::CorrectedHigh];
 
 impl RunRows {
     /// The rows of a run with what was published.
@@ -162,7 +187,18 @@ impl RunRows {
         let indices: Vec<usize> = (0..record.samples.len()).filter(is_of_run).collect();
         let first = indices.first().and_then(|index| record.samples.get(*index));
         let columns = TableColumns::new(record, first.as_ref(), setup, channels);
-        Self { record: Arc::clone(record), columns, indices: indices.into_iter(), evidence }
+        let (record, indices) = (Arc::clone(record), indices.into_iter());
+        Self { record, columns, indices, evidence, corrected: BTreeMap::new(), run }
+    }
+
+    /// With what the gages should read, see [`corrected`].
+    ///
+    /// # Errors
+    /// No process of the module can be replayed.
+    pub fn with_corrected(mut self) -> Result<Self, Shortfall> {
+        self.corrected = corrected(&self.record, self.run)?;
+        self.columns.has_corrected = true;
+        Ok(self)
     }
 
     /// The names of the values in a row.
@@ -179,14 +215,15 @@ impl Iterator for RunRows {
         let index = self.indices.next()?;
         let sample = self.record.samples.get(index)?;
         let published_ns = self.record.samples.head(index).map_or(0, |head| head.time_unix_ns);
-        let values = match &mut self.evidence {
-            DivergenceSource::Published(messages) => {
-                self.columns.row(&sample, messages.get(&sample.step))
-            }
+        let replayed;
+        let divergences = match &mut self.evidence {
+            DivergenceSource::Published(messages) => messages.get(&sample.step),
             DivergenceSource::Replayed(replay) => {
-                self.columns.row(&sample, replay.take(&sample).as_ref())
+                replayed = replay.take(&sample);
+                replayed.as_ref()
             }
         };
+        let values = self.columns.row(&sample, divergences, self.corrected.get(&sample.step));
         Some(TableRow { step: sample.step.0, published_ns, values })
     }
 }

@@ -26,7 +26,7 @@ pub use course::{ProcessCourse, RecordedState, courses, latest_setup, processes_
 pub use difference::Difference;
 pub use joint::together;
 pub use part::{Beginnings, PartError, ReplayPart};
-pub use player::{Replayed, ReplayedTransition, replay};
+pub use player::{Replayed, ReplayedTransition, corrected, replay};
 pub use residuals::ResidualReplay;
 pub use samples::{SampleHead, Samples};
 pub use settings::ReplaySettings;

@@ -1,11 +1,13 @@
 //! Feeds the inputs of a course to a diagnoser.
 
+use std::collections::BTreeMap;
+
 use diagnosis::{Action, Diagnoser, Measurements, Transition};
-use vocabulary::{RunId, Step};
+use vocabulary::{CorrectedReadings, RunId, Step};
 
 use crate::collection::ModuleRecord;
 use crate::comparison::ReplayComparison;
-use crate::course::{CourseItem, ProcessCourse};
+use crate::course::{CourseItem, ProcessCourse, courses};
 use crate::samples::{Samples, empty_sample};
 use crate::shortfall::Shortfall;
 
@@ -86,6 +88,44 @@ fn is_of_consequence(diagnoser: &Diagnoser, step_s: f64, (run, step): (RunId, St
 /// # Errors
 /// The setup is invalid.
 pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed, Shortfall> {
+    replay_watched(record, course, &mut |_| ())
+}
+
+/// What the gages of a run read at each step, or should have read if they were declared faulty, as the recorded processes
+/// of the module had it; without its peers' forces, which no recording has.
+///
+/// # Errors
+/// No process of the module can be replayed.
+pub fn corrected(
+    record: &ModuleRecord,
+    run: RunId,
+) -> Result<BTreeMap<Step, CorrectedReadings>, Shortfall> {
+    let mut readings = BTreeMap::new();
+    let mut shortfall = Some(Shortfall::NoInputs);
+    for (_, course) in courses(record) {
+        let replayed = course.and_then(|course| {
+            replay_watched(record, &course, &mut |diagnoser| {
+                if let (Some(now), Some(step)) = (diagnoser.run(), diagnoser.last_step())
+                    && now == run
+                {
+                    diagnoser.write_readings(readings.entry(step).or_default());
+                }
+            })
+        });
+        match replayed {
+            Ok(_) => shortfall = None,
+            Err(why) => shortfall = shortfall.map(|_| why),
+        }
+    }
+    shortfall.map_or(Ok(readings), Err)
+}
+
+/// Replays, and shows the diagnoser after each sample.
+fn replay_watched(
+    record: &ModuleRecord,
+    course: &ProcessCourse,
+    watch: &mut dyn FnMut(&Diagnoser),
+) -> Result<Replayed, Shortfall> {
     let mut diagnoser =
         Diagnoser::new(course.setup.clone()).map_err(|problems| Shortfall::of_setup(&problems))?;
     match &course.state {
@@ -102,7 +142,7 @@ pub fn replay(record: &ModuleRecord, course: &ProcessCourse) -> Result<Replayed,
         transitions: Vec::new(),
         comparison: ReplayComparison::new(record, course),
     };
-    let shortfall = player.play(&course.items).err().or(course.shortfall.clone());
+    let shortfall = player.play(&course.items, watch).err().or(course.shortfall.clone());
     player.comparison.finish(course, shortfall.is_some());
     let Player { diagnoser, transitions, comparison, .. } = player;
     let samples = diagnoser.counters().samples - before;
@@ -120,7 +160,11 @@ struct Player<'a> {
 }
 
 impl Player<'_> {
-    fn play(&mut self, items: &[CourseItem]) -> Result<(), Shortfall> {
+    fn play(
+        &mut self,
+        items: &[CourseItem],
+        watch: &mut dyn FnMut(&Diagnoser),
+    ) -> Result<(), Shortfall> {
         let mut actions = Vec::new();
         for item in items {
             let used = self.diagnoser.counters().samples;
@@ -140,6 +184,7 @@ impl Player<'_> {
             self.note(&mut actions);
             if takes > 0 {
                 self.comparison.step(&self.diagnoser);
+                watch(&self.diagnoser);
             }
         }
         Ok(())

@@ -19,6 +19,12 @@ pub enum Signal {
     Residual,
     /// Divergence of the residual.
     Divergence,
+    /// Elongation that a gage should read \[m\].
+    Corrected,
+    /// The lower end of the 95 % interval of that \[m\].
+    CorrectedLow,
+    /// Its upper end \[m\].
+    CorrectedHigh,
 }
 
 impl Signal {
@@ -33,6 +39,9 @@ impl Signal {
             Signal::Reading => "reading",
             Signal::Residual => "residual",
             Signal::Divergence => "divergence",
+            Signal::Corrected => "corrected_m",
+            Signal::CorrectedLow => "corrected_low_m",
+            Signal::CorrectedHigh => "corrected_high_m",
         }
     }
 

@@ -79,6 +79,10 @@ pub(crate) struct Arguments {
     /// Draw the readings and what was found of them; with a learned module
     #[arg(long, value_name = "PICTURE.svg", requires = "modules")]
     pub(super) svg: Option<PathBuf>,
+    /// Write what each channel reads in every row, or while it is faulty what it should have read in the latest window,
+    /// with a 95 % interval; with a learned module
+    #[arg(long, value_name = "TABLE.csv", requires = "modules")]
+    pub(super) corrected: Option<PathBuf>,
     #[command(flatten)]
     pub(super) table: TableFlags,
     /// Print one line of JSON for each row

@@ -1,7 +1,8 @@
 //! Readings judged by a module that `learn` made.
 
+use std::fs::File;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
@@ -70,6 +71,9 @@ fn judge(
     report: &mut LearnedReport<'_, impl Write>,
 ) -> Result<(), Failure> {
     let missing = vec![f64::NAN; report.names.len()];
+    let corrected = arguments.corrected.as_deref();
+    let mut corrected =
+        corrected.map(|file| CorrectedTable::create(file, report.names)).transpose()?;
     let mut picture = arguments.svg.as_ref().map(|file| (Picture::new(), file));
     // Until the rate is known, rows wait.
     let mut waiting: Vec<Vec<f64>> = Vec::new();
@@ -103,6 +107,9 @@ fn judge(
             for sample in waiting.drain(..) {
                 let verdicts = judge.take(&sample);
                 verdicts.iter().try_for_each(|verdict| report.verdict(verdict, &rows))?;
+                if let Some(corrected) = &mut corrected {
+                    corrected.take(&sample, judge)?;
+                }
                 if let Some((picture, _)) = &mut picture {
                     picture.take(&sample, judge);
                     verdicts.iter().for_each(|verdict| picture.shade(verdict));
@@ -127,7 +134,50 @@ fn judge(
         verdicts.iter().for_each(|verdict| picture.shade(verdict));
         picture.write(file, rows.name(), report.names)?;
     }
+    if let Some(corrected) = &mut corrected {
+        corrected.finish()?;
+    }
     report.summary(all, &summary)
+}
+
+/// What channels read, or should read.
+struct CorrectedTable<'a> {
+    file: &'a Path,
+    out: csv::Writer<File>,
+    row: u64,
+}
+
+impl<'a> CorrectedTable<'a> {
+    fn create(file: &'a Path, names: &[String]) -> Result<Self, Failure> {
+        let out = csv::Writer::from_path(file).map_err(|error| Failure::unwritable(file, error))?;
+        let mut table = Self { file, out, row: 0 };
+        let columns =
+            |name| ["", "/corrected_low", "/corrected_high"].map(|end| format!("{name}{end}"));
+        table.write(["row".to_owned()].into_iter().chain(names.iter().flat_map(columns)))?;
+        Ok(table)
+    }
+
+    /// Takes a row that the judge has taken.
+    fn take(&mut self, sample: &[f64], judge: &LearnedJudge) -> Result<(), Failure> {
+        let cells = |(channel, value): (usize, &f64)| match judge.expected(channel) {
+            Some([expected, within]) => [expected, expected - within, expected + within],
+            None => [*value, f64::NAN, f64::NAN],
+        };
+        let cells = sample.iter().enumerate().flat_map(cells);
+        let text = |value: f64| if value.is_nan() { String::new() } else { value.to_string() };
+        let row = self.row.to_string();
+        self.row += 1;
+        self.write([row].into_iter().chain(cells.map(text)))
+    }
+
+    fn write(&mut self, cells: impl Iterator<Item = String>) -> Result<(), Failure> {
+        let written = self.out.write_record(cells);
+        written.map_err(|error| Failure::unwritable(self.file, error))
+    }
+
+    fn finish(&mut self) -> Result<(), Failure> {
+        self.out.flush().map_err(|error| Failure::unwritable(self.file, error))
+    }
 }
 
 struct LearnedReport<'a, W> {

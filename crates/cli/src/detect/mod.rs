@@ -26,10 +26,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(module) = learned::load(&arguments.modules)? {
         return learned::run(arguments, module);
     }
-    if arguments.svg.is_some() {
-        let problem =
-            "--svg draws what a learned module finds: give --config MODULE.toml of `learn`";
-        return Err(Failure::usage(problem));
+    let learned_only = [("--svg", &arguments.svg), ("--corrected", &arguments.corrected)];
+    if let Some((flag, _)) = learned_only.iter().find(|(_, file)| file.is_some()) {
+        return Err(Failure::usage(format!(
+            "{flag} is about what a learned module finds: give --config MODULE.toml of `learn`"
+        )));
     }
     let modules = channels::load(&arguments.modules, arguments.columns.as_deref())?;
     let (input, name) = open(arguments, &modules)?;

@@ -67,7 +67,7 @@ impl Picture {
         let place = self.rows / self.per_column;
         self.columns.resize(place + 1, vec![Cell::EMPTY; sample.len()]);
         for (channel, (cell, &value)) in self.columns[place].iter_mut().zip(sample).enumerate() {
-            let expected = judge.expected(channel).unwrap_or(f64::NAN);
+            let expected = judge.expected(channel).map_or(f64::NAN, |[expected, _]| expected);
             let (lowest, highest) = (value, value);
             *cell = cell.joined(Cell { lowest, highest, expected, ..Cell::EMPTY });
         }

@@ -42,6 +42,10 @@ pub(crate) struct Arguments {
     /// configuration, which starts with the first recorded step of the run
     #[arg(long)]
     residuals: bool,
+    /// Write what each gage reads at every step, or should have read from the verdict on it on, with a 95 % interval: the
+    /// recorded processes are replayed, without their peers' forces
+    #[arg(long)]
+    corrected: bool,
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
@@ -94,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let records: Vec<Arc<ModuleRecord>> = reading.records.into_iter().map(Arc::new).collect();
     let mut written = Vec::new();
     for (form, directory) in arguments.places.each() {
-        written.extend(write_all(form, directory, &records, arguments.residuals)?);
+        written.extend(write_all(form, directory, &records, arguments)?);
     }
     let mut out = output::stdout();
     for (file, rows) in written {
@@ -109,7 +113,7 @@ fn write_all(
     form: TableFormat,
     directory: &Path,
     records: &[Arc<ModuleRecord>],
-    residuals: bool,
+    arguments: &Arguments,
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
     fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))?;
     let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
@@ -121,7 +125,15 @@ fn write_all(
         };
         for (run, count) in record.runs() {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
-            let rows = rows(record, run, residuals)?;
+            let mut rows = rows(record, run, arguments.residuals)?;
+            if arguments.corrected {
+                rows = rows.with_corrected().map_err(|shortfall| {
+                    Failure::input(format!(
+                        "no corrected readings of `{}`: {shortfall}",
+                        record.module
+                    ))
+                })?;
+            }
             write_run(form, &file, rows).map_err(|error| Failure::unwritable(&file, error))?;
             written.push((file, count));
         }

@@ -8,7 +8,8 @@ use tempfile::TempDir;
 
 use crate::binary::{Outcome, repository, run};
 use crate::calibrate::small_mast;
-use crate::replay::{published, write};
+use crate::recorded_live::Live;
+use crate::replay::{BIAS_M, published, published_of, write};
 
 #[test]
 fn a_recording_becomes_tables() {
@@ -60,6 +61,33 @@ fn residuals_at_every_step_are_those_that_were_published() {
         some.iter().zip(&every).filter(|(some, _)| some.iter().rev().nth(1) != Some(""));
     assert!(published.clone().count() > 50);
     published.for_each(|(some, every)| assert_eq!(some, every));
+}
+
+#[test]
+fn what_a_gage_should_have_read_stands_beside_what_it_read() {
+    let directory = TempDir::new().unwrap();
+    let [file, tables] =
+        ["a.mcap", "tables"].map(|name| directory.path().join(name).display().to_string());
+    write(Path::new(&file), &published_of(Live::new(|_| ())));
+    run(&["export", &file, "--csv", &tables, "--corrected"]).succeeds();
+    let mut table = csv::Reader::from_path(format!("{tables}/module1-run-7.csv")).unwrap();
+    let heading = table.headers().unwrap().clone();
+    let column = |name: &str| {
+        let name = format!("module1/sensor/g5/{name}");
+        heading.iter().position(|column| column == name).unwrap()
+    };
+    let names = ["elongation_m", "corrected_m", "corrected_low_m", "corrected_high_m"].map(column);
+    let rows = table.records().map(|row| {
+        let row = row.unwrap();
+        names.map(|place| row[place].parse::<f64>().unwrap())
+    });
+    let rows: Vec<[f64; 4]> = rows.collect();
+    let [before, after] = [&rows[4000], &rows[7900]];
+    assert_eq!(before[0], before[1], "its own reading");
+    assert!((after[0] - after[1] - BIAS_M).abs() < 1e-5, "{after:?}");
+    for [_, corrected, low, high] in [before, after] {
+        assert!(low < corrected && corrected < high, "{low} {corrected} {high}");
+    }
 }
 
 #[test]

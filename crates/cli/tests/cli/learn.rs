@@ -68,6 +68,35 @@ fn learnt(directory: &Path) -> PathBuf {
     module
 }
 
+/// The values of a table with a header.
+fn values(file: &Path) -> Vec<Vec<f64>> {
+    let text = std::fs::read_to_string(file).unwrap().replace(';', "\t");
+    let text = if text.contains('\t') { text.replace(',', ".") } else { text.replace(',', "\t") };
+    let cell = |cell: &str| cell.parse().unwrap_or(f64::NAN);
+    text.lines().skip(1).map(|line| line.split('\t').map(cell).collect()).collect()
+}
+
+/// `e3` should have read 8 less from row 2000 on; the others read what they should.
+fn assert_corrected(corrected: &Path, today: &Path) {
+    const E3: usize = 7;
+    let (corrected, today) = (values(corrected), values(today));
+    assert_eq!(corrected.len(), today.len());
+    let (mut told, mut covered) = (0, 0);
+    for (row, (corrected, read)) in corrected.iter().zip(&today).enumerate() {
+        let [expected, low, high] = [E3, E3 + 1, E3 + 2].map(|place| corrected[place]);
+        assert_eq!(corrected[0] as usize, row);
+        assert!(corrected[1] == read[2] && corrected[2].is_nan(), "{corrected:?} {read:?}");
+        if low.is_nan() {
+            assert!(expected == read[4] && row < 2400, "{row}: {corrected:?} {read:?}");
+            continue;
+        }
+        told += 1;
+        assert!((expected - (read[4] - 8.0)).abs() < 40.0, "{row}: {corrected:?} {read:?}");
+        covered += usize::from((low - 0.2..high + 0.2).contains(&(read[4] - 8.0)));
+    }
+    assert!(told > 1200 && covered > told * 3 / 4, "{covered} of {told}");
+}
+
 #[test]
 fn from_tables_to_a_named_fault_in_two_commands() {
     let directory = tempfile::tempdir().unwrap();
@@ -81,8 +110,12 @@ fn from_tables_to_a_named_fault_in_two_commands() {
     let (today, module) = (today.display().to_string(), module.display().to_string());
     let svg = directory.path().join("today.svg");
     let picture = svg.display().to_string();
-    let outcome = run(&["detect", &today, "--config", &module, "--svg", &picture]);
+    let corrected = directory.path().join("corrected.csv");
+    let columns = corrected.display().to_string();
+    let outcome =
+        run(&["detect", &today, "--config", &module, "--svg", &picture, "--corrected", &columns]);
     outcome.succeeds();
+    assert_corrected(&corrected, Path::new(&today));
     let picture = std::fs::read_to_string(&svg).unwrap();
     for part in ["<svg", "(c) e3\n", "(e) Kraft\n", "\nfaulty\n", "\nexpected\n"] {
         assert!(picture.contains(part), "{part}");

@@ -11,12 +11,18 @@ use vocabulary::{FaultTransition, decode, encode};
 use crate::binary::{Outcome, run};
 use crate::recorded_live::{Live, Published};
 
+pub(crate) const BIAS_M: f64 = 2e-4;
+
 /// What is published while a gage fails, without a reference: only changes are found.
 pub(crate) fn published() -> Vec<Published> {
-    let mut live = Live::new(|setup| setup.reference = None);
+    published_of(Live::new(|setup| setup.reference = None))
+}
+
+/// Likewise, with these diagnosers.
+pub(crate) fn published_of(mut live: Live) -> Vec<Published> {
     live.run(5000);
     live.tell_states();
-    live.inject("module1/sensor/g5", Fault::Bias { offset_m: 2e-4 });
+    live.inject("module1/sensor/g5", Fault::Bias { offset_m: BIAS_M });
     live.run(3000);
     live.published
 }

@@ -188,5 +188,5 @@ class Study:
     def nominal(self, number: int) -> Scenario: ...
 
 def read_recording(
-    files: Sequence[_Path], *, residuals: bool = False
+    files: Sequence[_Path], *, residuals: bool = False, corrected: bool = False
 ) -> tuple[dict[str, dict[str, NDArray[Any]]], list[dict[str, Any]]]: ...

@@ -291,10 +291,9 @@ impl LearnedJudge {
         (self.closed, summaries)
     }
 
-    /// What a faulty channel should have read in the latest window, if the others tell.
-    pub fn expected(&self, channel: usize) -> Option<f64> {
-        let latest = self.tracks[channel].fault.as_ref()?.displacements.last()?;
-        Some(latest.reading - latest.size)
+    /// What a faulty channel should have read in the latest window, if the others tell, and within what (95 %).
+    pub fn expected(&self, channel: usize) -> Option<[f64; 2]> {
+        Some(self.displaced(channel)?.expected())
     }
 
     /// What tells the kind of a channel's present fault; `None` without one, and until a window has followed it.

@@ -71,15 +71,24 @@ pub(crate) struct DisplacedChannel {
 }
 
 impl DisplacedChannel {
+    /// The displacement that the channel had before.
+    fn rest(&self) -> f64 {
+        let rest = super::window::median(&mut self.before.clone());
+        if rest.is_finite() { rest } else { 0.0 }
+    }
+
+    /// What it should have read at last, and within what (95 %).
+    pub(super) fn expected(&self) -> [f64; 2] {
+        let last = self.found.last().map_or(f64::NAN, |last| last.reading - last.size);
+        [last + self.rest(), NORMAL_95 * self.deviation]
+    }
+
     /// Fits the kinds.
     pub(crate) fn fit(&self) -> Option<FittedKind> {
-        let Self { found, before, changed, channel, deviation } = self;
-        let last = found.last()?;
-        let rest = super::window::median(&mut before.clone());
-        let rest = if rest.is_finite() { rest } else { 0.0 };
-        let within = NORMAL_95 * deviation;
+        let Self { found, before, changed, channel, .. } = self;
+        found.last()?;
+        let (rest, [expected, within]) = (self.rest(), self.expected());
         let sizes: Vec<f64> = found.iter().map(|d| d.size - rest).collect();
-        let expected = last.reading - (last.size - rest);
         let ones = vec![1.0; sizes.len()];
         // What the others say may be wrong in the same way all the time, at worst along what is fitted.
         let sized = |kind, value: f64, along: &[f64]| {
