@@ -1,12 +1,23 @@
 //! Messages handed over to the network, and questions replied to.
 
-use vocabulary::{Message, Refused};
+use vocabulary::{Key, Message, Refused};
 use zenoh::Wait;
 use zenoh::bytes::Encoding;
 use zenoh::query::Query;
+use zenoh::sample::Sample;
 
 /// Why a question is turned away that finds no room.
 pub(crate) const TOO_MANY_QUESTIONS: &str = "query queue full; retry later";
+
+/// A message whose own key is the one that it came on: a module speaks for itself only. Otherwise the reason why it cannot
+/// be used.
+pub(crate) fn read<M: Message>(sample: &Sample, key: fn(&M) -> Key) -> Result<M, String> {
+    let message = vocabulary::decode::<M>(&sample.payload().to_bytes());
+    let message = message.map_err(|error| error.to_string())?;
+    let own = key(&message);
+    let is_its = own.to_string() == sample.key_expr().as_str();
+    is_its.then_some(message).ok_or_else(|| format!("it is of `{own}`"))
+}
 
 /// Replies to a question on the key that it was put to.
 pub(crate) fn reply<M: Message>(query: &Query, message: &M) {

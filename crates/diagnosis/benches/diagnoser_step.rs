@@ -13,9 +13,10 @@ use std::sync::Arc;
 use criterion::{Criterion, criterion_group, criterion_main};
 use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::state::{Reference, residual_settings};
-use diagnosis::{Diagnoser, ModuleSetup, Rule};
+use diagnosis::{Diagnoser, Event, GivenOrder, GivenOrderKind, ModuleSetup, OrderToken, Rule};
 use fixture::RestingSignals;
 use truss::Structure;
+use vocabulary::CorrectedReadings;
 
 fn tower_setup() -> ModuleSetup {
     let tower = Structure::from_toml(include_str!("../../../configs/tower.toml"))
@@ -42,16 +43,35 @@ fn with_reference() -> ModuleSetup {
 }
 
 fn diagnoser_step(c: &mut Criterion) {
-    step_of(c, "diagnoser_step", tower_setup());
-    step_of(c, "diagnoser_step_with_reference", with_reference());
+    step_of(c, "diagnoser_step", tower_setup(), None);
+    step_of(c, "diagnoser_step_with_reference", with_reference(), None);
+    step_of(c, "diagnoser_step_with_a_lost_gage", with_reference(), Some(Reads(false)));
+    step_of(c, "diagnoser_step_with_its_corrected_reading", with_reference(), Some(Reads(true)));
 }
 
-fn step_of(c: &mut Criterion, name: &str, setup: ModuleSetup) {
+/// A gage is declared faulty; does anyone read what it should read?
+struct Reads(bool);
+
+fn step_of(c: &mut Criterion, name: &str, setup: ModuleSetup, lost: Option<Reads>) {
     let mut signals = RestingSignals::new(4, 8);
     let mut samples: Vec<_> = (0..8192).map(|_| signals.sample()).collect();
     let mut diagnoser = Diagnoser::new(setup).expect("the setup is valid");
     let mut actions = Vec::new();
     let mut next = 0_u64;
+    if lost.is_some() {
+        for sample in &mut samples {
+            sample.step = vocabulary::Step(next);
+            next += 1;
+            diagnoser.take_sample(sample, &mut actions);
+        }
+        let component = "sensor/g1".parse().expect("a component");
+        let (kind, by) = (GivenOrderKind::Declare, "bench".to_owned());
+        let order = GivenOrder { kind, by, on_behalf_of: None, note: None };
+        let token = OrderToken(0);
+        diagnoser.handle(Event::Ordered { token, component, order }, &mut actions);
+    }
+    let reads = lost.is_some_and(|Reads(reads)| reads);
+    let mut readings = CorrectedReadings::default();
     c.bench_function(name, |b| {
         b.iter(|| {
             let count = samples.len() as u64;
@@ -60,6 +80,9 @@ fn step_of(c: &mut Criterion, name: &str, setup: ModuleSetup) {
             next += 1;
             diagnoser.take_sample(black_box(sample), &mut actions);
             actions.clear();
+            if reads {
+                diagnoser.write_readings(black_box(&mut readings));
+            }
         });
     });
 }

@@ -83,7 +83,7 @@ impl Diagnoser {
         Ok(sequence)
     }
 
-    /// Nothing but a cylinder is shut off, and none whose fault is not declared: an explained change is none.
+    /// Only a cylinder can be shut off, and only after its fault was declared: an explained change is not enough.
     fn check_shut_off(&self, channel: usize, component: Component) -> Result<(), OrderRefusal> {
         if component.kind() != ComponentKind::Actuator {
             return Err(OrderRefusal::NotACylinder(component));

@@ -16,10 +16,12 @@ use crate::freeze::Freezing;
 use crate::identifying::Identifying;
 use crate::intake::{Admission, Intake};
 use crate::judging::Judging;
+use crate::leaking::Leaking;
 use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
 use crate::state::{Condition, WindowLength, WindowMeans};
 use crate::verdict::Transition;
+use vocabulary::fault::FaultKind;
 use vocabulary::{
     CorrectedReadings, Counters, Evidence, PastWatch, ReplacedReading, StateAnswer, StateQuestion,
     Verdict,
@@ -51,6 +53,7 @@ pub struct Diagnoser {
     pub(crate) comparing: Comparing,
     identifying: Identifying,
     correcting: Correcting,
+    leaking: Leaking,
     freezing: Freezing,
     pub(crate) counters: Counters,
 }
@@ -75,6 +78,7 @@ impl Diagnoser {
             comparing: Comparing::new(&setup),
             identifying: Identifying::new(&setup),
             correcting: Correcting::new(&setup),
+            leaking: Leaking::new(&setup),
             freezing: Freezing::new(&setup),
             counters: Counters::default(),
             module: setup.module,
@@ -169,6 +173,7 @@ impl Diagnoser {
         comparing.compare(judging, &mut handling);
         identifying.follow(&judging.ledger, comparing, &mut handling);
         correcting.follow(&judging.ledger, &mut handling);
+        self.leaking.follow(&self.judging.ledger, sample);
         self.freezing.note(&actions[before..]);
         self.freezing.follow(now, &self.channels, actions);
         self.answer_due(now, actions);
@@ -186,6 +191,7 @@ impl Diagnoser {
             self.comparing.restart();
             self.identifying.restart();
             self.correcting.restart();
+            self.leaking.restart();
             self.refuse_held(run, actions);
             self.judging.isolator.restart();
             actions.extend(self.judging.ledger.end_run(last).into_iter().map(Action::Publish));
@@ -319,6 +325,12 @@ impl Diagnoser {
         let gages = self.components().iter().filter(|one| one.kind() == ComponentKind::Sensor);
         let gages: Vec<&Component> = gages.collect();
         self.correcting.lost(&self.channels, now).map(move |(gage, reading)| (gages[gage], reading))
+    }
+
+    /// When the leak of a cylinder that is declared faulty, of this kind, is as wide as its valve, if it grows \[s\].
+    #[must_use]
+    pub fn leak_ends_in_s(&self, cylinder: &Component, kind: FaultKind) -> Option<f64> {
+        self.leaking.ends_in_s(self.channels.position(cylinder)?, kind)
     }
 
     /// The observed forces at the latest step \[N\]; NaN without a value.

@@ -20,6 +20,7 @@ mod identifying;
 mod intake;
 mod isolation;
 mod judging;
+mod leaking;
 mod learned_channels;
 mod ledger;
 pub mod messages;

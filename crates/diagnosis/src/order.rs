@@ -44,7 +44,7 @@ pub enum OrderRefusal {
         state: &'static str,
     },
     /// A gage cannot be shut off.
-    #[error("`{0}` is no cylinder; only a cylinder can be shut off")]
+    #[error("`{0}` is not a cylinder; only a cylinder can be shut off")]
     NotACylinder(Component),
     /// A cylinder without a fault stays in service.
     #[error("`{component}` {}; only a cylinder with a latched fault can be shut off", standing(.state))]

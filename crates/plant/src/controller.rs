@@ -252,7 +252,7 @@ impl Reallocation {
 }
 
 /// Time in which demands get from what they were before a reallocation to what they are after it \[s\], and time constant of
-/// the mean of what a cylinder pushes beyond its demand.
+/// a cylinder's mean excess over its demand.
 const BLENDING_S: f64 = 0.3;
 
 /// A bumpless transfer from a former reallocation. The structure has come to rest with what a lost cylinder has pushed for long,

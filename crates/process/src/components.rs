@@ -10,8 +10,8 @@ use diagnosis::messages::{Speaker, from_transition};
 use diagnosis::{MAX_CHANGES_IN_ANSWER, Memory, PastWatch};
 use vocabulary::{
     Ability, Change, Component, ComponentPath, Condition, CylinderCapability, FaultState,
-    FaultTransition, Identification, Input, ModuleName, ModulePhase, PhaseChange, ReplacedReading,
-    RunId, Shelving, Unknown,
+    FaultTransition, Identification, IdentifiedKind, Input, ModuleName, ModulePhase, PhaseChange,
+    ReplacedReading, RunId, Shelving, Unknown, fault::FaultKind,
 };
 
 use crate::identified_fault::IdentifiedFault;
@@ -181,22 +181,37 @@ impl ComponentStore {
         inputs.into_iter().map(|input| JournalRecord::Input(Box::new(input))).collect()
     }
 
-    /// What each cylinder can still do, in the order of the channels.
-    pub fn capability(&self) -> impl Iterator<Item = CylinderCapability> {
-        self.own().zip(self.present()).filter_map(|(entry, present)| {
-            let Component::Actuator(name) = &entry.path.component else { return None };
+    /// What each cylinder can still do, in the order of the channels; `leak_ends_in_s` tells when a leak of this kind ends
+    /// one.
+    pub fn capability(
+        &self,
+        leak_ends_in_s: impl Fn(&Component, FaultKind) -> Option<f64>,
+    ) -> impl Iterator<Item = CylinderCapability> {
+        self.own().zip(self.present()).filter_map(move |(entry, present)| {
+            let component = &entry.path.component;
+            let Component::Actuator(name) = component else { return None };
             let name = name.clone();
-            let ability = match present.state {
+            let (ability, decided) = match present.state {
                 _ if present.latest.is_some_and(|latest| latest.shut_off.is_some()) => {
-                    Ability::ShutOff
+                    (Ability::ShutOff, true)
                 }
                 FaultState::Latched | FaultState::Acknowledged => {
-                    return Some(CylinderCapability::of_faulty(name, entry.fault.latest()));
+                    let known = entry.fault.latest();
+                    let mut faulty = CylinderCapability::of_faulty(name, known);
+                    if let Some(IdentifiedKind::Known(kind)) =
+                        known.and_then(Identification::kind).map(|candidate| candidate.kind)
+                    {
+                        let ends_in_s = leak_ends_in_s(component, kind);
+                        faulty.ends_in_s = ends_in_s.map(|seconds| seconds.round() as u64);
+                    }
+                    return Some(faulty);
                 }
-                FaultState::Unknown => Ability::Unknown,
-                _ => Ability::Full,
+                FaultState::Tentative | FaultState::Unconfirmed | FaultState::Unknown => {
+                    (Ability::Unknown, false)
+                }
+                FaultState::Normal | FaultState::Explained => (Ability::Full, true),
             };
-            Some(CylinderCapability { name, ability, decided: true })
+            Some(CylinderCapability { name, ability, decided, ends_in_s: None })
         })
     }
 

@@ -80,6 +80,7 @@ mod tests {
             name: format!("a{number}").parse().unwrap(),
             ability: *ability,
             decided: true,
+            ends_in_s: None,
         };
         abilities.iter().enumerate().map(cylinder).collect()
     }

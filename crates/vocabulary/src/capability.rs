@@ -1,6 +1,6 @@
 //! What cylinders can still do.
 
-use crate::{ActuatorName, Identification, ModuleName, StructureName};
+use crate::{ActuatorName, Identification, Key, ModuleName, StructureName, Topic};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,14 @@ impl Message for Capability {
     const WHAT: &'static str = "capability";
 }
 
+impl Capability {
+    /// The key that it is published on.
+    #[must_use]
+    pub fn key(&self) -> Key {
+        Key::of_module(&self.structure, &self.module, Topic::Capability)
+    }
+}
+
 /// What a cylinder can still do.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct CylinderCapability {
@@ -37,6 +45,9 @@ pub struct CylinderCapability {
     pub ability: Ability,
     /// Is that decided?
     pub decided: bool,
+    /// If its leak grows, the time until it is as wide as its valve, and its force follows no more \[s\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ends_in_s: Option<u64>,
 }
 
 /// What a cylinder can do, the most first.
@@ -47,7 +58,7 @@ pub struct CylinderCapability {
 pub enum Ability {
     /// It follows its demand.
     Full,
-    /// No fault is known, but it is not monitored at present.
+    /// No fault is known, but it changed and is not judged yet, or is not monitored at present.
     Unknown,
     /// It leaks: its force follows a demand that makes up for the error in the long run.
     Leaking,
@@ -84,11 +95,13 @@ impl CylinderCapability {
     pub fn of_faulty(name: ActuatorName, known: Option<&Identification>) -> Self {
         let candidates = known.map(|known| known.candidates.as_slice()).unwrap_or_default();
         if let Some(candidate) = known.and_then(Identification::kind) {
-            return Self { name, ability: Ability::with(candidate.kind), decided: true };
+            let ability = Ability::with(candidate.kind);
+            return Self { name, ability, decided: true, ends_in_s: None };
         }
         let probable = candidates.iter().filter(|candidate| candidate.probability >= PROBABLE);
         let least = probable.map(|candidate| Ability::with(candidate.kind)).max();
-        Self { name, ability: least.unwrap_or(Ability::HardOver), decided: false }
+        let ability = least.unwrap_or(Ability::HardOver);
+        Self { name, ability, decided: false, ends_in_s: None }
     }
 }
 

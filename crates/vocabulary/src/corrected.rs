@@ -1,6 +1,6 @@
 //! Readings in place of those of faulty gages.
 
-use crate::{ModuleName, RunId, Step, StructureName};
+use crate::{Key, ModuleName, RunId, Step, StructureName, Topic};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,14 @@ pub struct Corrected {
 
 impl Message for Corrected {
     const WHAT: &'static str = "corrected readings";
+}
+
+impl Corrected {
+    /// The key that it is published on.
+    #[must_use]
+    pub fn key(&self) -> Key {
+        Key::of_module(&self.structure, &self.module, Topic::Corrected)
+    }
 }
 
 /// The readings of a module's gages at one step, in the order of its samples.

@@ -406,6 +406,7 @@ fn events_are_read_back() {
             name: "a1".parse().unwrap(),
             ability: Ability::HardOver,
             decided: false,
+            ends_in_s: Some(4000),
         }],
         time_unix_ns: 9,
     };

@@ -1,5 +1,5 @@
-//! What the controller does about faults that diagnosers name: it uses what a faulty gage should read in place of what it
-//! reads, lets the other cylinders make up for one that is hard over or shut off, and shuts one off whose module says so.
+//! What the controller does about faults that diagnosers name: it uses corrected readings of faulty gages, lets the other
+//! cylinders make up for one that is hard over or shut off, and shuts one off whose module says so.
 //!
 //! A module that falls silent leaves its gages to themselves: the controller uses their own readings again. The limit on
 //! innovations needs no diagnoser. What is known of a cylinder stays, because silence repairs none.
@@ -12,28 +12,29 @@ use plant::Plant;
 use shell::occurrences::Occurrences;
 use vocabulary::{
     Ability, Capability, Component, ComponentPath, Corrected, CorrectedReadings,
-    CylinderCapability, Key, Message, ModuleName, ReadingSource, RunId, Step, StructureName, Topic,
+    CylinderCapability, Key, Message, ModuleName, ReadingSource, RunId, Step, StructureName,
     keys::Watched,
 };
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
 use crate::config::ToleranceSettings;
+use crate::messages;
 
 /// Messages that wait for the next step; further ones are dropped.
 const QUEUE: usize = 4096;
 
 /// What a module says of its components.
 #[derive(Debug)]
-pub(crate) enum News {
+pub(crate) enum ModuleMessage {
     /// Of its gages.
     Readings(Corrected),
     /// Of its cylinders.
     Cylinders(Capability),
 }
 
-/// A message, or why it is none.
-pub(crate) type Heard = Result<News, String>;
+/// A message, or the reason why it cannot be read.
+pub(crate) type Heard = Result<ModuleMessage, String>;
 
 /// What the controller is told, and what it makes of it.
 #[derive(Debug)]
@@ -123,17 +124,17 @@ impl Tolerance {
         self.refused
     }
 
-    fn take(&mut self, news: News, plant: &mut Plant) -> Result<(), String> {
+    fn take(&mut self, news: ModuleMessage, plant: &mut Plant) -> Result<(), String> {
         let module = match &news {
-            News::Readings(message) if message.run != self.run => return Ok(()),
-            News::Readings(message) => &message.module,
-            News::Cylinders(message) => &message.module,
+            ModuleMessage::Readings(message) if message.run != self.run => return Ok(()),
+            ModuleMessage::Readings(message) => &message.module,
+            ModuleMessage::Cylinders(message) => &message.module,
         };
         let known = self.modules.iter_mut().find(|known| known.module == *module);
         let known = known.ok_or_else(|| format!("`{module}` has nothing that it controls"))?;
         match news {
-            News::Readings(message) => known.take_readings(message, plant.next_step()),
-            News::Cylinders(message) => {
+            ModuleMessage::Readings(message) => known.take_readings(message, plant.next_step()),
+            ModuleMessage::Cylinders(message) => {
                 known.check_cylinders(&message)?;
                 let cylinders = known.cylinders.clone().into_iter().zip(&message.cylinders);
                 for (cylinder, said) in cylinders {
@@ -168,6 +169,10 @@ impl Tolerance {
             self.shut_off.insert(cylinder.clone());
         } else {
             self.shut_off.remove(cylinder);
+        }
+        // Otherwise the others make up for it, which is noted there.
+        if !self.reallocates {
+            self.note(cylinder.clone(), is_wanted, plant.next_step());
         }
         Ok(())
     }
@@ -272,41 +277,27 @@ pub(crate) async fn subscribe(
     let watched = Watched { structure: Some(structure), module: None };
     let mut subscribers = Vec::new();
     if settings.corrected_readings {
-        let key = |message: &Corrected| {
-            Key::of_module(&message.structure, &message.module, Topic::Corrected)
-        };
-        let all = watched.corrected();
-        subscribers.push(listen(session, all, news.clone(), key, News::Readings).await?);
+        let (all, key, of) = (watched.corrected(), Corrected::key, ModuleMessage::Readings);
+        subscribers.push(listen(session, all, news.clone(), key, of).await?);
     }
     if settings.reallocation || settings.most_shut_off > 0 {
-        let key = |message: &Capability| {
-            Key::of_module(&message.structure, &message.module, Topic::Capability)
-        };
-        let all = watched.capabilities();
-        subscribers.push(listen(session, all, news.clone(), key, News::Cylinders).await?);
+        let (all, key, of) = (watched.capabilities(), Capability::key, ModuleMessage::Cylinders);
+        subscribers.push(listen(session, all, news.clone(), key, of).await?);
     }
     Ok(subscribers)
 }
 
-/// Listens to messages whose own key is the one that they came on: nobody speaks for another module.
+/// Listens to messages.
 async fn listen<M: Message + 'static>(
     session: &Session,
     expression: String,
     news: SyncSender<Heard>,
     key: fn(&M) -> Key,
-    of: fn(M) -> News,
+    of: fn(M) -> ModuleMessage,
 ) -> zenoh::Result<Subscriber<()>> {
     let callback = move |sample: zenoh::sample::Sample| {
-        let message = vocabulary::decode::<M>(&sample.payload().to_bytes());
-        let read = match message {
-            Ok(message) if key(&message).to_string() == sample.key_expr().as_str() => {
-                Ok(of(message))
-            }
-            Ok(message) => Err(format!("it is of `{}`", key(&message))),
-            Err(error) => Err(error.to_string()),
-        };
         // What comes too fast is superseded.
-        let _ = news.try_send(read);
+        let _ = news.try_send(messages::read(&sample, key).map(of));
     };
     session.declare_subscriber(expression).callback(callback).await
 }
@@ -355,6 +346,7 @@ mod tests {
             name: other.parse().unwrap(),
             ability: Ability::Full,
             decided: true,
+            ends_in_s: None,
         };
         assert!(["a1", "a2", "a3", "a4"].contains(&name));
         Capability {
@@ -365,12 +357,12 @@ mod tests {
         }
     }
 
-    fn capability(name: &str, ability: Ability, decided: bool) -> News {
+    fn capability(name: &str, ability: Ability, decided: bool) -> ModuleMessage {
         let mut said = said(name);
         let cylinder = said.cylinders.iter_mut().find(|cylinder| cylinder.name.as_str() == name);
         let cylinder = cylinder.unwrap();
         (cylinder.ability, cylinder.decided) = (ability, decided);
-        News::Cylinders(said)
+        ModuleMessage::Cylinders(said)
     }
 
     fn without(tolerance: &Tolerance) -> Vec<String> {
@@ -382,7 +374,7 @@ mod tests {
         let (mut plant, mut tolerance, news) = rig();
         let mut step = |plant: &mut Plant, said: Option<Corrected>| {
             plant.advance();
-            said.into_iter().for_each(|said| news.send(Ok(News::Readings(said))).unwrap());
+            said.into_iter().for_each(|said| news.send(Ok(ModuleMessage::Readings(said))).unwrap());
             let changed = tolerance.follow(plant);
             (changed, without(&tolerance))
         };
@@ -412,7 +404,7 @@ mod tests {
         outside.readings.high_m[1] = Some(0.0);
         let unknown = Corrected { module: "module9".parse().unwrap(), ..replaced(0) };
         for said in [short, outside, unknown, replaced(1)] {
-            news.send(Ok(News::Readings(said))).unwrap();
+            news.send(Ok(ModuleMessage::Readings(said))).unwrap();
         }
         news.send(Err("no JSON".into())).unwrap();
         assert!(tolerance.follow(&mut plant));
@@ -438,6 +430,7 @@ mod tests {
     #[test]
     fn no_more_cylinders_are_shut_off_than_may_be_and_what_is_put_back_pushes_again() {
         let (mut plant, mut tolerance, news) = rig();
+        tolerance.reallocates = false;
         // None of the tower's cylinders is without force under wind.
         let force_n = |plant: &mut Plant, tolerance: &mut Tolerance| {
             tolerance.follow(plant);
@@ -449,9 +442,10 @@ mod tests {
         };
         news.send(Ok(capability("a2", Ability::ShutOff, true))).unwrap();
         assert_eq!(force_n(&mut plant, &mut tolerance), [1.0; 2], "bar: both chambers are empty");
+        assert_eq!(without(&tolerance), ["module1/actuator/a2"]);
         let mut of_other = Capability { module: "module2".parse().unwrap(), ..said("a1") };
         of_other.cylinders[0].ability = Ability::ShutOff;
-        news.send(Ok(News::Cylinders(of_other))).unwrap();
+        news.send(Ok(ModuleMessage::Cylinders(of_other))).unwrap();
         tolerance.follow(&mut plant);
         assert_eq!((tolerance.refused(), tolerance.shut_off.len()), (1, 1));
         news.send(Ok(capability("a2", Ability::Full, true))).unwrap();

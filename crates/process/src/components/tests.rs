@@ -219,6 +219,27 @@ fn what_is_not_monitored_is_unknown_since_it_began_and_a_fault_stays_one() {
 }
 
 #[test]
+fn what_a_cylinder_can_do_is_unknown_until_its_change_is_judged() {
+    let mut store = store();
+    let can_do = |store: &ComponentStore| {
+        let cylinder = store.capability(|_, _| None).next().unwrap();
+        (cylinder.ability, cylinder.decided)
+    };
+    assert_eq!(can_do(&store), (Ability::Unknown, false), "not monitored");
+    store.monitored(ModulePhase::InService, String::new(), NOW);
+    assert_eq!(can_do(&store), (Ability::Full, true));
+    for (sequence, state, expected) in [
+        (4, FaultState::Tentative, (Ability::Unknown, false)),
+        (5, FaultState::Unconfirmed, (Ability::Unknown, false)),
+        (6, FaultState::Explained, (Ability::Full, true)),
+        (7, FaultState::Latched, (Ability::HardOver, false)),
+    ] {
+        let _ = store.transition(transition("actuator/a1", sequence, state), sequence);
+        assert_eq!(can_do(&store), expected, "{state}");
+    }
+}
+
+#[test]
 fn a_transition_after_an_identification_carries_it_without_the_signature() {
     let mut store = store();
     assert!(store.identification(found("sensor/g2", 3, 50)).is_some());

@@ -426,7 +426,9 @@ impl DiagnosisLoop {
         self.tell_phase();
         self.tell_monitored();
         self.shared.store.lock().components.readings(self.diagnoser.replaced_readings());
-        self.tell_capability(false);
+        if self.shuts_off {
+            self.shut_off_by_itself();
+        }
         self.end_shelvings();
         self.ask_again(now);
         self.give_up_questions(now);
@@ -436,9 +438,9 @@ impl DiagnosisLoop {
         let due = self.last_status.is_none_or(|last| now.duration_since(last) >= every);
         if due || std::mem::take(&mut self.executor.status_is_due) {
             self.send_status(samples.len());
-            self.tell_capability(true);
             self.last_status = Some(now);
         }
+        self.tell_capability(due);
     }
 
     /// Publishes the phase when it changes.
@@ -464,7 +466,8 @@ impl DiagnosisLoop {
 
     /// What the cylinders can do.
     fn cylinders(&self) -> Vec<CylinderCapability> {
-        self.shared.store.lock().components.capability().collect()
+        let state = self.shared.store.lock();
+        state.components.capability(|one, kind| self.diagnoser.leak_ends_in_s(one, kind)).collect()
     }
 
     /// Shuts off what is known to be hard over, unless an operator has put it back.
@@ -502,9 +505,6 @@ impl DiagnosisLoop {
 
     /// Publishes what cylinders can do when that changes, or when it is due.
     fn tell_capability(&mut self, due: bool) {
-        if self.shuts_off {
-            self.shut_off_by_itself();
-        }
         let cylinders = self.cylinders();
         if cylinders == self.last_capability && !due {
             return;

@@ -10,6 +10,8 @@ use vocabulary::{Capability, Key, ModuleName, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
+use crate::messages;
+
 /// Shared with the diagnosis.
 pub(crate) type SharedInterlock = Arc<Mutex<ShutOffInterlock>>;
 
@@ -28,15 +30,10 @@ pub(crate) async fn watch_cylinders(
         let key = Key::of_module(&speaker.structure, peer, Topic::Capability).to_string();
         let (peer, interlock) = (peer.clone(), Arc::clone(interlock));
         let subscriber = session.declare_subscriber(key).callback(move |sample| {
-            match vocabulary::decode::<Capability>(&sample.payload().to_bytes()) {
-                Ok(said) if said.module == peer => {
-                    interlock.lock().hear(&peer, &said.cylinders, Instant::now());
-                }
-                Ok(said) => tracing::warn!(%peer, "what it says is of `{}`", said.module),
+            match messages::read(&sample, Capability::key) {
+                Ok(said) => interlock.lock().hear(&peer, &said.cylinders, Instant::now()),
                 // Without it nothing is shut off.
-                Err(error) => {
-                    tracing::warn!(%peer, "what its cylinders can do is not said: {error}")
-                }
+                Err(why) => tracing::warn!(%peer, "what its cylinders can do is not said: {why}"),
             }
         });
         subscribers.push(subscriber.await?);

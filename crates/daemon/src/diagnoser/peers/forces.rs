@@ -9,6 +9,8 @@ use vocabulary::{Corrected, Key, ModuleName, Step, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 
+use crate::messages;
+
 /// Messages that wait for the diagnosis; further ones are dropped.
 const QUEUE: usize = 256;
 /// Until listening is tried again.
@@ -100,16 +102,11 @@ async fn subscribe(
 ) -> zenoh::Result<Vec<Subscriber<()>>> {
     let mut subscribers = Vec::with_capacity(keys.len());
     for (peer, key) in keys {
-        let (peer, key, outlet) = (peer.clone(), key.clone(), outlet.clone());
+        let (peer, outlet) = (peer.clone(), outlet.clone());
         let subscriber = session
             .declare_subscriber(key.to_string())
             .callback(move |sample| {
-                let message = vocabulary::decode::<Corrected>(&sample.payload().to_bytes());
-                let message = message.map_err(|error| error.to_string()).and_then(|message| {
-                    let own = Key::of_module(&message.structure, &message.module, Topic::Corrected);
-                    let is_its = own == key;
-                    is_its.then_some(message).ok_or_else(|| format!("it is of `{own}`"))
-                });
+                let message = messages::read(&sample, Corrected::key);
                 let _ = outlet.try_send((peer.clone(), message));
             })
             .await?;
