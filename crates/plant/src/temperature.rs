@@ -12,9 +12,6 @@ use crate::check::Checks;
 use crate::course::DayCourse;
 use crate::streams::Stream;
 
-/// A member is a column if the cosine of its angle to the vertical exceeds this value.
-const UPRIGHT: f64 = 0.95;
-
 /// Amplitudes of temperature patterns; all are 0 by default. Marks: \[E\] engineering estimate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -100,7 +97,7 @@ impl Temperature {
                 }
                 warming
             };
-            add(of_group(&|member| if is_column(member) { parameters.columns_k } else { 0.0 }));
+            add(of_group(&|member| if member.is_upright() { parameters.columns_k } else { 0.0 }));
             for axis in 0..2 {
                 let place = place_in_plan(structure, axis);
                 add(of_group(&|member| parameters.sun_k * place(member)));
@@ -132,11 +129,6 @@ fn groups(structure: &Structure, per_module: bool) -> Vec<Vec<usize>> {
     } else {
         vec![(0..structure.members.len()).collect()]
     }
-}
-
-fn is_column(member: &Member) -> bool {
-    let [.., upwards] = member.axis;
-    upwards.abs() > UPRIGHT
 }
 
 /// The position of a member's midpoint between the faces of the plan: −1 to 1.

@@ -45,6 +45,9 @@ pub trait Campaign: Sync {
     /// its own plant.
     fn plant_of(&self, case: u64) -> (usize, Option<u64>);
 
+    /// What has become of a plant since it was commissioned.
+    fn alter(&self, _: &mut CommissionedPlant) {}
+
     /// Draws a case. The plant is that of [`Self::plant_of`].
     ///
     /// # Errors

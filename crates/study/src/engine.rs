@@ -107,7 +107,8 @@ impl Engine<'_> {
             if self.stop.load(Ordering::Relaxed) {
                 break;
             }
-            let plant = campaign.systems()[id.0].commission(id.1, self.jobs, &*advance)?;
+            let mut plant = campaign.systems()[id.0].commission(id.1, self.jobs, &*advance)?;
+            campaign.alter(&mut plant);
             plants.insert(id, plant);
         }
         Ok(plants)

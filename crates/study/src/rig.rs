@@ -5,6 +5,8 @@ use std::mem;
 
 use diagnosis::{Diagnoser, GivenOrder, GivenOrderKind, Measurements, ModuleSetup, OrderRefusal};
 use plant::{InjectError, Plant, StrokeError, StrokeTest};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 use vocabulary::{
     Change, Component, ComponentPath, CorrectedReadings, ModuleName, ReadingSource, RunId, Step,
@@ -76,6 +78,11 @@ pub struct Rig {
     corrected: Option<Vec<CorrectedReadings>>,
     /// So many steps after the verdict.
     late_steps: u64,
+    /// Modules do not hear each other's forces.
+    forces_unheard: bool,
+    /// This share of corrected readings and forces is lost, drawn from this.
+    lost: f64,
+    losses: ChaCha8Rng,
     /// Since when each gage is declared faulty.
     faulty_since: BTreeMap<ComponentPath, Step>,
 }
@@ -102,6 +109,9 @@ impl Rig {
             keep: 0,
             corrected: None,
             late_steps: 0,
+            forces_unheard: false,
+            lost: 0.0,
+            losses: ChaCha8Rng::seed_from_u64(0),
             faulty_since: BTreeMap::new(),
         })
     }
@@ -143,6 +153,17 @@ impl Rig {
         self.corrected = Some(vec![CorrectedReadings::default(); self.diagnosers().len()]);
     }
 
+    /// Modules do not hear each other's forces any more: readings are corrected from their own values.
+    pub fn silence_forces(&mut self) {
+        self.forces_unheard = true;
+    }
+
+    /// From now on this share of what modules publish of their gages and forces is lost: the controller uses what it was
+    /// told last.
+    pub fn lose_readings(&mut self, share: f64, seed: u64) {
+        (self.lost, self.losses) = (share, ChaCha8Rng::seed_from_u64(seed));
+    }
+
     /// Limits the innovations of the controller, see [`Plant::limit_innovations`].
     pub fn limit_innovations(&mut self, largest_strain: f64) {
         self.plant.limit_innovations(Some(largest_strain));
@@ -166,8 +187,16 @@ impl Rig {
 
     /// An operator declares a component faulty.
     pub fn declare(&mut self, path: &ComponentPath) {
+        self.order_about(path, GivenOrderKind::Declare);
+    }
+
+    /// An operator resets a component, whatever the evidence.
+    pub fn reset(&mut self, path: &ComponentPath) {
+        self.order_about(path, GivenOrderKind::Reset { force: true });
+    }
+
+    fn order_about(&mut self, path: &ComponentPath, kind: GivenOrderKind) {
         let place = self.diagnosers().iter().position(|one| *one.module() == path.module);
-        let kind = GivenOrderKind::Declare;
         let by = "study".to_owned();
         let order = GivenOrder { kind, by, on_behalf_of: None, note: None };
         if let Some(place) = place {
@@ -183,8 +212,14 @@ impl Rig {
 
     fn give_corrected(&mut self) -> Result<(), InjectError> {
         let Some(mut corrected) = mem::take(&mut self.corrected) else { return Ok(()) };
-        self.group.exchange_forces();
+        let mut is_lost = || self.lost > 0.0 && self.losses.random_bool(self.lost);
+        if !self.forces_unheard && !is_lost() {
+            self.group.exchange_forces();
+        }
         for (readings, diagnoser) in corrected.iter_mut().zip(self.group.diagnosers()) {
+            if is_lost() {
+                continue;
+            }
             diagnoser.write_readings(readings);
             let gages = diagnoser.components().iter();
             let gages = gages.filter(|one| matches!(one, Component::Sensor(_)));

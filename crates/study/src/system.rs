@@ -6,10 +6,10 @@ use std::ops::Range;
 use diagnosis::residual::NominalHydraulics;
 use diagnosis::{DetectionSettings, IsolationSettings, ModuleSetup, SignalSettings};
 use plant::{HydraulicParameters, PlantParameters};
-use rand::{Rng, SeedableRng};
+use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
-use truss::{ModelError, Module, Structure};
+use truss::{Member, ModelError, Module, Structure};
 use vocabulary::{Component, ComponentPath, ModuleName, RunId};
 
 use crate::calibration::plant;
@@ -17,8 +17,9 @@ use crate::commissioning::{PlantSite, SnippetPlan, usual_snippets};
 use crate::error::StudyError;
 use crate::rig::{Rig, TimedFault};
 
-/// Random stream of plants.
+/// Random streams of plants, and of what becomes of one.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
+const SOFTENED_STREAM: u64 = 12 << 60;
 /// The commissioning of each plant: snippets under its weather in addition to two strokes of each cylinder, at least
 /// this many, plus so many more than the values of a reference; their duration, and the force of the strokes.
 const LEAST_WEATHER_SNIPPETS: u64 = 40;
@@ -308,6 +309,17 @@ impl CommissionedPlant {
     /// A plant or diagnosers cannot be created.
     pub fn rig(&self, seed: u64, faults: Vec<TimedFault>) -> Result<Rig, StudyError> {
         Ok(Rig::new(self.site.plant(seed)?, self.setups.clone(), faults, RunId(seed))?)
+    }
+
+    /// One of its columns, drawn at random, loses this share of its stiffness.
+    pub fn soften(&mut self, share: f64) {
+        let mut draw = generator(self.seed, SOFTENED_STREAM);
+        let members = self.site.truth.members.iter_mut();
+        let mut columns: Vec<&mut Member> = members.filter(|member| member.is_upright()).collect();
+        if !columns.is_empty() {
+            let place = draw.random_range(0..columns.len());
+            columns[place].stiffness_factor *= 1.0 - share;
+        }
     }
 
     /// The capabilities of its references.

@@ -4,10 +4,10 @@ use crate::identification::PLANT;
 use crate::tower;
 use diagnosis::{GivenOrder, GivenOrderKind};
 use study::conditions::Situation;
-use study::tolerance::{Measure, ToleranceCampaign};
+use study::tolerance::{COUNTED_S, Impediments, Measure, ToleranceCampaign};
 use study::{Rig, TimedFault};
 use vocabulary::fault::{Fault, FaultKind};
-use vocabulary::{ReadingSource, RunId, Step};
+use vocabulary::{ComponentPath, ReadingSource, RunId, Step};
 
 const ONSET: Step = Step(7000);
 const GAGE: &str = "module1/sensor/g1";
@@ -103,21 +103,26 @@ fn a_faulty_gage_is_replaced_until_its_reset_and_the_controller_does_not_notice(
     assert_eq!((source, reading_m), (ReadingSource::Own, own_m));
 }
 
-#[test]
-fn a_cylinder_that_is_hard_over_is_shut_off_or_made_up_for() {
-    let campaign = ToleranceCampaign {
-        system: tower::system(0.1, 20_261_129),
+/// Two hard-overs of a plant.
+fn hard_overs(seed: u64, situation: Situation) -> ToleranceCampaign {
+    ToleranceCampaign {
+        system: tower::system(0.1, seed),
         plants: 1,
         cases: 2,
         kinds: vec![FaultKind::HardOver],
-        situation: Some(Situation::Alone),
-        late_s: 0.0,
-        wrong: false,
-    };
+        situation: Some(situation),
+        counted_s: COUNTED_S,
+        impediments: Impediments::default(),
+    }
+}
+
+#[test]
+fn a_cylinder_that_is_hard_over_is_shut_off_or_made_up_for() {
+    let campaign = hard_overs(20_261_129, Situation::Alone);
     let rows = tower::rows(&campaign, 0..2, 2);
     assert_eq!(rows.len(), 2);
     for row in rows.values() {
-        let of = |measure| row.relative[&measure];
+        let of = |measure| &row.relative[&measure];
         for measure in [Measure::Reallocated, Measure::ShutOff, Measure::ShutOffAndReallocated] {
             let top = of(measure).rms_top_m;
             assert!(top < 1.1 && top < of(Measure::Nothing).rms_top_m, "{row:?}");
@@ -131,18 +136,58 @@ fn a_cylinder_that_is_hard_over_is_shut_off_or_made_up_for() {
 /// Late enough that nothing explains the demands' change any more.
 #[test]
 fn demands_that_make_up_for_a_cylinder_look_like_no_fault() {
-    let campaign = ToleranceCampaign {
-        system: tower::system(0.1, 20_261_130),
-        plants: 1,
-        cases: 2,
-        kinds: vec![FaultKind::HardOver],
-        situation: Some(Situation::FromTheStart),
-        late_s: 0.0,
-        wrong: false,
-    };
+    let campaign = hard_overs(20_261_130, Situation::FromTheStart);
     let rows = tower::rows(&campaign, 0..2, 2);
     assert_eq!(rows.len(), 2);
     for row in rows.values() {
         assert!(row.acted_after_s.is_some() && row.wrong_with.is_empty(), "{row:?}");
     }
+}
+
+/// A cylinder leaks so much, and so much more each second; when its leak is said to be as wide as its valve, minute by
+/// minute \[s\].
+fn leak(begins_m2: f64, per_s_m2: f64, minutes: u64) -> Vec<Option<f64>> {
+    let (site, setups) = &*PLANT;
+    let component: ComponentPath = "module1/actuator/a2".parse().unwrap();
+    let leak = |second: u64| TimedFault {
+        at: ONSET.plus(1000 * second),
+        until: None,
+        component: component.clone(),
+        fault: Fault::of_size(KIND, begins_m2 + per_s_m2 * second as f64),
+    };
+    const KIND: FaultKind = FaultKind::InternalLeakage;
+    let faults = (0..60 * minutes).map(leak).collect();
+    let mut rig = Rig::new(site.plant(6).unwrap(), setups.clone(), faults, RunId(6)).unwrap();
+    rig.run(ONSET.0).unwrap();
+    let mut minute = |_| {
+        rig.run(60_000).unwrap();
+        rig.diagnosers()[0].leak_ends_in_s(&component.component, KIND)
+    };
+    (0..minutes).map(&mut minute).collect()
+}
+
+/// Authority: the widths of valve and leak in the plant. The diagnoser knows those of the description.
+#[test]
+fn it_is_said_when_a_leak_that_grows_ends_its_cylinder() {
+    let hydraulics = &PLANT.0.true_parameters.hydraulics;
+    let full_pa = hydraulics.supply_pa - hydraulics.tank_pa;
+    let valve_m2 =
+        hydraulics.valve_flow_m3_per_s / (2.0 / hydraulics.oil_density_kg_per_m3 * full_pa).sqrt();
+    let (begins_m2, ends_s) = (2e-7, 1200.0);
+    let course = leak(begins_m2, (valve_m2 - begins_m2) / ends_s, 12);
+    for (minute, left_s) in (1..).map(f64::from).zip(&course) {
+        match left_s {
+            None => assert!(minute < 7.0, "nothing is said after {minute} minutes: {course:?}"),
+            Some(left_s) => {
+                let total_s = left_s + 60.0 * minute;
+                assert!((total_s / ends_s - 1.0).abs() < 0.25, "{total_s}: {course:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_leak_that_does_not_grow_ends_nothing() {
+    let course = leak(5e-7, 0.0, 12);
+    assert!(course.iter().all(Option::is_none), "{course:?}");
 }

@@ -2,6 +2,9 @@
 
 use vocabulary::{MaterialName, MemberName, SectionName};
 
+/// A member stands upright if the cosine of its angle to the vertical exceeds this value.
+const UPRIGHT: f64 = 0.95;
+
 /// The internal forces that a member carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum MemberKind {
@@ -66,6 +69,13 @@ impl Member {
     #[must_use]
     pub fn effective_shear_pa(&self) -> f64 {
         self.effective_young_pa() / (2.0 * (1.0 + self.poisson))
+    }
+
+    /// Whether the member stands upright: a column.
+    #[must_use]
+    pub fn is_upright(&self) -> bool {
+        let [.., upwards] = self.axis;
+        upwards.abs() > UPRIGHT
     }
 
     /// Whether the member is a beam.

@@ -8,7 +8,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand};
 use serde::{Deserialize, Serialize};
 use study::conditions::Situation;
-use study::tolerance::ToleranceCampaign;
+use study::tolerance::{COUNTED_S, ToleranceCampaign};
 use study::{ControllerTuning, Shard};
 use vocabulary::fault::FaultKind;
 
@@ -308,6 +308,18 @@ pub(super) struct ToleranceArguments {
     /// Nothing fails: healthy components are declared faulty
     #[arg(long, conflicts_with_all = ["kind", "situation"])]
     pub(super) wrong: bool,
+    /// Modules do not hear each other's forces
+    #[arg(long)]
+    pub(super) silent_peers: bool,
+    /// This share of what modules publish of their gages and forces is lost
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = |x: &str| within(x, 0.0..=1.0))]
+    pub(super) lost: f64,
+    /// A column of each plant has lost this share of its stiffness since the commissioning
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = |x: &str| within(x, 0.0..=0.9))]
+    pub(super) softened: f64,
+    /// What happens for so many seconds after the onset counts
+    #[arg(long, value_name = "SECONDS", default_value_t = COUNTED_S, value_parser = |x: &str| within(x, 1.0..=3600.0))]
+    pub(super) counted_s: f64,
     /// What is done about a fault is done so many seconds late
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = |x: &str| within(x, 0.0..=10.0))]
     pub(super) late_s: f64,

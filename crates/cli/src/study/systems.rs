@@ -10,7 +10,7 @@ use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
 use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::limits::LimitCampaign;
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
-use study::tolerance::ToleranceCampaign;
+use study::tolerance::{Impediments, ToleranceCampaign};
 use vocabulary::{ComponentKind, fault::FaultKind};
 
 use super::arguments::{
@@ -188,8 +188,10 @@ impl ToleranceArguments {
         }));
         let kinds = kind.map_or(all, |kind| vec![kind]);
         let situation = self.situation.or(self.wrong.then_some(Situation::Alone));
-        let (system, late_s, wrong) = (self.system.only_system()?, self.late_s, self.wrong);
-        Ok(ToleranceCampaign { system, plants, cases, kinds, situation, late_s, wrong })
+        let Self { late_s, wrong, silent_peers, lost, softened, counted_s, .. } = *self;
+        let impediments = Impediments { late_s, wrong, silent_peers, lost, softened };
+        let system = self.system.only_system()?;
+        Ok(ToleranceCampaign { system, plants, cases, kinds, situation, counted_s, impediments })
     }
 }
 

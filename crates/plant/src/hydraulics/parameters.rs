@@ -101,8 +101,13 @@ impl HydraulicParameters {
     /// Time constant τ of the force control within its flow limits \[s\].
     #[must_use]
     pub fn time_constant_s(&self) -> f64 {
-        let per_flow = self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b();
-        1.0 / (self.force_gain_m3_per_s_per_n * per_flow)
+        1.0 / (self.force_gain_m3_per_s_per_n * self.newtons_per_m3())
+    }
+
+    /// The change of force by oil that is moved from chamber B to chamber A \[N/m³\].
+    #[must_use]
+    pub fn newtons_per_m3(&self) -> f64 {
+        self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b()
     }
 
     /// Pressures of a healthy actuator, started from rest, that exerts this force \[Pa\]. If closed valves leak, the
@@ -113,8 +118,7 @@ impl HydraulicParameters {
             return self.pressures_of_null_flow(force_n);
         }
         let missing = force_n - self.force_n([self.rest_a_pa, self.rest_b_pa]);
-        let per_volume = self.area_a_m2 * self.stiffness_a() + self.area_b_m2 * self.stiffness_b();
-        let volume = missing / per_volume;
+        let volume = missing / self.newtons_per_m3();
         [self.rest_a_pa + volume * self.stiffness_a(), self.rest_b_pa - volume * self.stiffness_b()]
     }
 

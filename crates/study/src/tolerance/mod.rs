@@ -11,7 +11,7 @@ use rand::Rng;
 use vocabulary::fault::{Fault, FaultKind};
 use vocabulary::{ComponentKind, ComponentPath, Step};
 
-pub use motion::RunMotion;
+pub use motion::{RunMotion, TRACE_EVERY_S};
 pub use row::{CorrectedError, ToleranceRow};
 pub use summary::{MeasureRow, ReadingRow, Spread, ToleranceSummary};
 
@@ -20,7 +20,8 @@ use crate::case::{CampaignCase, CaseRun};
 use crate::conditions::Situation;
 use crate::draw::Draw;
 use crate::error::StudyError;
-use crate::report::Table;
+use crate::figure::tolerance_figure;
+use crate::report::{ReportFigure, Table};
 use crate::rig::TimedFault;
 use crate::system::{CommissionedPlant, System, gage_length_m};
 
@@ -28,11 +29,17 @@ use crate::system::{CommissionedPlant, System, gage_length_m};
 const FIRST_STREAM: u64 = 11 << 60;
 /// Onset of the fault \[s\].
 const ONSET_S: [f64; 2] = [10.5, 11.5];
-/// What happens this long after the onset counts \[s\].
-const COUNTED_S: f64 = 10.0;
+/// What happens this long after the onset counts, unless a campaign says otherwise \[s\].
+pub const COUNTED_S: f64 = 10.0;
+/// Then a gage's fault goes, its gage is reset, and the run ends \[s\].
+const GONE_S: f64 = 0.05;
+const RESET_S: f64 = 0.15;
+const END_S: f64 = 0.2;
 /// A cylinder is hard over so long before the gage fails \[s\].
 const HARD_OVER_BEFORE_S: [f64; 2] = [3.5, 5.0];
-/// Size of a fault that is none \[m\], \[m²\].
+/// Another gage fails so long after the first \[s\].
+const SECOND_AFTER_S: [f64; 2] = [0.5, 4.0];
+/// A negligible size \[m\], \[m²\].
 const NEGLIGIBLE: f64 = 1e-12;
 /// Leaks \[m²\] and bands of stiction \[m³/s\].
 const LEAKS_M2: [f64; 2] = [3e-8, 5e-7];
@@ -136,16 +143,31 @@ pub struct ToleranceCampaign {
     pub kinds: Vec<FaultKind>,
     /// Only in this situation.
     pub situation: Option<Situation>,
+    /// What happens this long after the onset counts \[s\].
+    pub counted_s: f64,
+    /// What goes wrong besides.
+    pub impediments: Impediments,
+}
+
+/// What goes wrong besides the faults.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Impediments {
     /// What is done about a fault is done so long after it could be \[s\].
     pub late_s: f64,
     /// Nothing fails: healthy components are declared faulty.
     pub wrong: bool,
+    /// Modules do not hear each other's forces.
+    pub silent_peers: bool,
+    /// This share of what modules publish of their gages and forces is lost.
+    pub lost: f64,
+    /// A column of each plant, drawn at random, has lost this share of its stiffness since the commissioning.
+    pub softened: f64,
 }
 
 impl ToleranceCampaign {
     /// The situations.
-    pub const SITUATIONS: [Situation; 3] =
-        [Situation::Alone, Situation::DuringHardOver, Situation::FromTheStart];
+    pub const SITUATIONS: [Situation; 4] =
+        [Situation::Alone, Situation::DuringHardOver, Situation::FromTheStart, Situation::Second];
 
     /// The kinds of faults that such components have.
     #[must_use]
@@ -164,6 +186,10 @@ pub struct ToleranceTask {
     pub situation: Situation,
     /// What happens from this step on counts.
     pub from: Step,
+    /// What happens up to this step counts.
+    pub until: Step,
+    /// The fault has gone, and its gage is reset, before this step is computed.
+    pub resets_at: Option<Step>,
     /// A healthy component is declared faulty at that step.
     pub wrong: bool,
 }
@@ -192,6 +218,12 @@ impl Campaign for ToleranceCampaign {
         (0, Some(case / self.cases.max(1)))
     }
 
+    fn alter(&self, plant: &mut CommissionedPlant) {
+        if self.impediments.softened > 0.0 {
+            plant.soften(self.impediments.softened);
+        }
+    }
+
     fn draw(
         &self,
         number: u64,
@@ -206,13 +238,18 @@ impl Campaign for ToleranceCampaign {
         let situation = self.situation.unwrap_or(TURNS[(round % TURNS.len() as u64) as usize]);
         let from = Step(self.system.steps(draw.uniform(ONSET_S)));
         let component = draw.component(kind, &[]).ok_or(StudyError::NothingToBreak)?;
-        let fault = match self.wrong {
+        let wrong = self.impediments.wrong;
+        let fault = match wrong {
             true => Fault::of_size(kind, NEGLIGIBLE),
             false => draw.harmful(kind, &component),
         };
         let at = if situation == Situation::FromTheStart { Step(0) } else { from };
-        let fault = TimedFault { at, until: None, component, fault };
-        let hard_over = match situation {
+        let until = from.plus(self.system.steps(self.counted_s));
+        let returns = component.component.kind() == ComponentKind::Sensor;
+        let [gone, reset, end] =
+            [GONE_S, RESET_S, END_S].map(|time_s| until.plus(self.system.steps(time_s)));
+        let fault = TimedFault { at, until: returns.then_some(gone), component, fault };
+        let other = match situation {
             Situation::DuringHardOver => {
                 let kind = FaultKind::HardOver;
                 let taken = [fault.component.clone()];
@@ -220,12 +257,20 @@ impl Campaign for ToleranceCampaign {
                 let at = from.minus(self.system.steps(draw.uniform(HARD_OVER_BEFORE_S)));
                 Some(TimedFault { at, until: None, component, fault: Fault::of_size(kind, 0.0) })
             }
+            Situation::Second => {
+                let kind = draw.one_of(&ToleranceCampaign::kinds_of(ComponentKind::Sensor));
+                let taken = [fault.component.clone()];
+                let component = draw.component(kind, &taken).ok_or(StudyError::NothingToBreak)?;
+                let at = from.plus(self.system.steps(draw.uniform(SECOND_AFTER_S)));
+                let second = draw.harmful(kind, &component);
+                Some(TimedFault { at, until: None, component, fault: second })
+            }
             _ => None,
         };
-        let faults = [fault].into_iter().chain(hard_over).collect();
-        let steps = from.0 + self.system.steps(COUNTED_S);
-        let task = ToleranceTask { kind, situation, from, wrong: self.wrong };
-        Ok(CampaignCase::new(number, task, seed, faults, steps))
+        let faults = [fault].into_iter().chain(other).collect();
+        let resets_at = returns.then_some(reset);
+        let task = ToleranceTask { kind, situation, from, until, resets_at, wrong };
+        Ok(CampaignCase::new(number, task, seed, faults, end.0))
     }
 
     fn judge(
@@ -233,7 +278,12 @@ impl Campaign for ToleranceCampaign {
         case: &CampaignCase<ToleranceTask>,
         run: &mut CaseRun,
     ) -> Result<ToleranceRow, StudyError> {
-        ToleranceRow::of(case, run, &self.system, self.system.steps(self.late_s))
+        if self.impediments.silent_peers {
+            run.rig.silence_forces();
+        }
+        run.rig.lose_readings(self.impediments.lost, case.seed);
+        let late_steps = self.system.steps(self.impediments.late_s);
+        ToleranceRow::of(case, run, &self.system, late_steps)
     }
 
     fn summarize(&self, rows: &Rows<ToleranceRow>) -> ToleranceSummary {
@@ -246,6 +296,16 @@ impl Campaign for ToleranceCampaign {
         summary: &ToleranceSummary,
     ) -> (Vec<Table>, Vec<String>) {
         (summary.tables(), Vec::new())
+    }
+
+    fn figures(&self, summary: &ToleranceSummary) -> Result<Vec<ReportFigure>, StudyError> {
+        let figure = |row: &ToleranceRow| ReportFigure {
+            name: "top",
+            caption: "The top with a fault".to_owned(),
+            svg: tolerance_figure(row),
+        };
+        let worst = summary.worst.iter().filter(|row| !row.without_fault.top_um.is_empty());
+        Ok(worst.map(figure).collect())
     }
 }
 

@@ -30,6 +30,9 @@ pub struct CorrectedError {
     pub not_valid: f64,
 }
 
+/// Traces are kept of faults that multiply the top's motion by so much.
+const TRACED_FROM: f64 = 1.5;
+
 /// The result of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ToleranceRow {
@@ -55,6 +58,8 @@ pub struct ToleranceRow {
     pub relative: BTreeMap<Measure, RunMotion>,
     /// The largest step of a demand at the verdict, with each measure that corrects \[N\].
     pub demand_step_n: BTreeMap<Measure, f64>,
+    /// The largest step of a demand when the gage is reset, with each measure that corrects \[N\].
+    pub return_step_n: BTreeMap<Measure, f64>,
     /// Time from the onset until something was done about the cylinder \[s\].
     pub acted_after_s: Option<f64>,
     /// How true the corrected reading was, where it was used.
@@ -71,8 +76,13 @@ impl ToleranceRow {
         let fault = case.faults.first().ok_or(StudyError::NothingToBreak)?;
         let fresh = run.rig.clone();
         let mut rows = BTreeMap::new();
-        let healthy = fresh.clone().without_faults_of(&fault.component);
-        let without_fault =
+        // A cylinder that is hard over pushes in both.
+        let others = &case.faults[1..];
+        let second = others.iter().filter(|_| case.kind.situation == Situation::Second);
+        let gone = [fault].into_iter().chain(second);
+        let healthy =
+            gone.fold(fresh.clone(), |rig, fault| rig.without_faults_of(&fault.component));
+        let mut without_fault =
             follow(&mut CaseRun::new(case, healthy, &mut |_, _| Ok(())), case, system, |_| Ok(()))?;
         let healthy_named = |run: &CaseRun| {
             let named = run.diagnosed().into_iter().map(|found| found.component);
@@ -81,7 +91,7 @@ impl ToleranceRow {
             named.filter(is_healthy).collect::<Vec<_>>()
         };
         let mut wrong_with = BTreeMap::new();
-        let mut demand_step_n = BTreeMap::new();
+        let (mut demand_step_n, mut return_step_n) = (BTreeMap::new(), BTreeMap::new());
         let mut corrected = None;
         let mut acted = None;
         for measure in Measure::against(fault.component.component.kind()) {
@@ -116,7 +126,10 @@ impl ToleranceRow {
                 wrong_with.insert(measure, named);
             }
             if measure.corrects() {
-                demand_step_n.insert(measure, watcher.largest_step_n);
+                demand_step_n.insert(measure, watcher.at_verdict.largest_n);
+                if watcher.at_return.since.is_some() {
+                    return_step_n.insert(measure, watcher.at_return.largest_n);
+                }
             }
             if measure == Measure::Corrected {
                 corrected = watcher.finish(gage_length_m(&system.structure, &fault.component));
@@ -124,6 +137,10 @@ impl ToleranceRow {
         }
         let nothing_done = follow(run, case, system, |_| Ok(()))?;
         rows.insert(Measure::Nothing, nothing_done.over(&without_fault));
+        if rows[&Measure::Nothing].rms_top_m < TRACED_FROM {
+            let all = rows.values_mut().chain([&mut without_fault]);
+            all.for_each(|motion| motion.top_um.clear());
+        }
         let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
         let verdict = transitions
             .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
@@ -142,6 +159,7 @@ impl ToleranceRow {
             without_fault,
             relative: rows,
             demand_step_n,
+            return_step_n,
             acted_after_s: acted.map(|step: Step| step.since(fault.at) as f64 * step_s),
             corrected,
         })
@@ -155,13 +173,17 @@ fn follow(
     system: &System,
     mut act: impl FnMut(&mut CaseRun) -> Result<(), StudyError>,
 ) -> Result<RunMotion, StudyError> {
-    let mut follower = MotionFollower::new(&system.structure, &case.faults[0].component);
+    let mut follower = MotionFollower::new(system, &case.faults[0].component);
     while run.step()? {
         act(run)?;
         if case.kind.wrong && run.rig.plant().next_step() == case.kind.from {
             run.rig.declare(&case.faults[0].component);
         }
-        if run.rig.plant().next_step() > case.kind.from {
+        let next_step = run.rig.plant().next_step();
+        if case.kind.resets_at == Some(next_step) {
+            run.rig.reset(&case.faults[0].component);
+        }
+        if next_step > case.kind.from && next_step <= case.kind.until {
             follower.take(&run.rig);
         }
     }
@@ -218,13 +240,29 @@ struct Watcher {
     half_width_m: f64,
     not_valid: f64,
     demands_n: Vec<f64>,
-    /// Steps since the verdict, once there is one.
-    since: Option<u64>,
-    largest_step_n: f64,
+    at_verdict: Switch,
+    at_return: Switch,
 }
 
-/// The steps after the verdict in which the demands' steps are due to the correction.
-const AT_VERDICT: u64 = 3;
+/// The demands' largest step as the controller gets another reading.
+#[derive(Default)]
+struct Switch {
+    /// Steps since then, once it has come.
+    since: Option<u64>,
+    largest_n: f64,
+}
+
+/// So many steps are due to the switch.
+const AT_SWITCH: u64 = 3;
+
+impl Switch {
+    fn take(&mut self, largest_n: f64) {
+        if self.since.is_some_and(|since| since < AT_SWITCH) {
+            self.largest_n = self.largest_n.max(largest_n);
+        }
+        self.since = self.since.map(|since| since + 1);
+    }
+}
 
 impl Watcher {
     fn new(rig: &Rig, component: ComponentPath) -> Self {
@@ -242,8 +280,8 @@ impl Watcher {
             half_width_m: 0.0,
             not_valid: 0.0,
             demands_n: Vec::new(),
-            since: None,
-            largest_step_n: 0.0,
+            at_verdict: Switch::default(),
+            at_return: Switch::default(),
         }
     }
 
@@ -251,19 +289,22 @@ impl Watcher {
         let Some(readings) = rig.corrected(self.module) else { return };
         let signals = rig.plant().signals();
         let demands = || signals.modules.iter().flat_map(|module| &module.demands_n);
-        if self.since.is_some_and(|since| since < AT_VERDICT) {
-            let steps = self.demands_n.iter().zip(demands()).map(|(a, b)| (b - a).abs());
-            self.largest_step_n = steps.fold(self.largest_step_n, f64::max);
-        }
+        let steps = self.demands_n.iter().zip(demands()).map(|(a, b)| (b - a).abs());
+        let largest_n = steps.fold(0.0, f64::max);
+        self.at_verdict.take(largest_n);
+        self.at_return.take(largest_n);
         self.demands_n.clear();
         self.demands_n.extend(demands());
-        self.since = self.since.map(|since| since + 1);
         let entry = |values: &[Option<f64>]| values.get(self.gage).copied().flatten();
         match readings.source.get(self.gage) {
             Some(ReadingSource::Replaced) => {
-                self.since.get_or_insert(0);
+                self.at_verdict.since.get_or_insert(0);
             }
-            Some(ReadingSource::NotValid) if self.since.is_some() => {
+            Some(ReadingSource::Own) if self.at_verdict.since.is_some() => {
+                self.at_return.since.get_or_insert(0);
+                return;
+            }
+            Some(ReadingSource::NotValid) if self.at_verdict.since.is_some() => {
                 self.not_valid += 1.0;
                 return;
             }

@@ -45,10 +45,14 @@ impl Spread {
 pub struct MeasureRow {
     /// Root mean square of the top's motion.
     pub rms_top: Spread,
+    /// Its peak.
+    pub peak_top: Spread,
     /// Peak strain.
     pub peak_strain: Spread,
     /// Root mean square of the forces of the other cylinders.
     pub rms_force: Spread,
+    /// The energy that these spend.
+    pub energy: Spread,
     /// The largest demand \[N\].
     pub largest_demand_n: Spread,
 }
@@ -61,8 +65,10 @@ fn measures(rows: &[&ToleranceRow]) -> BTreeMap<Measure, MeasureRow> {
             measure,
             MeasureRow {
                 rms_top: Spread::of(relative.clone().map(|motion| motion.rms_top_m))?,
+                peak_top: Spread::of(relative.clone().map(|motion| motion.peak_top_m))?,
                 peak_strain: Spread::of(relative.clone().map(|motion| motion.peak_strain))?,
                 rms_force: Spread::of(relative.clone().map(|motion| motion.rms_force_n))?,
+                energy: Spread::of(relative.clone().map(|motion| motion.energy_j))?,
                 largest_demand_n: Spread::of(relative.map(|motion| motion.largest_demand_n))?,
             },
         ))
@@ -108,6 +114,8 @@ pub struct ToleranceSummary {
     pub named: u64,
     /// Those of them in which a healthy component was named with any measure.
     pub wrong_with_any: u64,
+    /// That of them in which the fault moved the top most.
+    pub worst: Option<ToleranceRow>,
     /// What measures leave.
     pub measures: BTreeMap<Measure, MeasureRow>,
     /// The same by kind of fault.
@@ -118,6 +126,13 @@ pub struct ToleranceSummary {
     pub by_gage: BTreeMap<String, ReadingRow>,
     /// Largest step of a demand at the verdict \[N\].
     pub demand_step_n: BTreeMap<Measure, Spread>,
+    /// At the reset \[N\].
+    pub return_step_n: BTreeMap<Measure, Spread>,
+}
+
+/// How much the fault moved the top with nothing done about it.
+fn harm(row: &ToleranceRow) -> f64 {
+    row.relative.get(&Measure::Nothing).map_or(0.0, |motion| motion.rms_top_m)
 }
 
 impl ToleranceSummary {
@@ -134,14 +149,18 @@ impl ToleranceSummary {
         let kinds = grouped(alone.iter().copied(), |row| row.kind);
         let situations = grouped(right.iter().copied(), |row| row.situation);
         let gages = grouped(right.iter().filter(is_held).copied(), |row| row.component.to_string());
-        let steps = |measure: Measure| {
-            let steps = alone.iter().filter_map(|row| row.demand_step_n.get(&measure).copied());
-            Some((measure, Spread::of(steps)?))
+        let steps = |of: fn(&ToleranceRow) -> &BTreeMap<Measure, f64>| {
+            let spread = |measure: Measure| {
+                let steps = alone.iter().filter_map(|row| of(row).get(&measure).copied());
+                Some((measure, Spread::of(steps)?))
+            };
+            Measure::ALL.into_iter().filter_map(spread).collect()
         };
         Self {
             cases: rows.len() as u64,
             named: right.len() as u64,
             wrong_with_any: right.iter().filter(|row| !row.wrong_with.is_empty()).count() as u64,
+            worst: alone.iter().copied().max_by(|a, b| harm(a).total_cmp(&harm(b))).cloned(),
             measures: measures(&alone),
             by_kind: kinds.into_iter().map(|(kind, rows)| (kind, measures(&rows))).collect(),
             readings: situations
@@ -152,15 +171,17 @@ impl ToleranceSummary {
                 .into_iter()
                 .filter_map(|(gage, rows)| Some((gage, readings(&rows)?)))
                 .collect(),
-            demand_step_n: Measure::ALL.into_iter().filter_map(steps).collect(),
+            demand_step_n: steps(|row| &row.demand_step_n),
+            return_step_n: steps(|row| &row.return_step_n),
         }
     }
 
     pub(super) fn tables(&self) -> Vec<Table> {
         let row = |name: String, (measure, row): (&Measure, &MeasureRow)| {
             let kilonewtons = row.largest_demand_n.scaled(1e-3);
-            let cells =
-                [row.rms_top, row.peak_strain, row.rms_force, kilonewtons].map(Spread::cell);
+            let MeasureRow { rms_top, peak_top, peak_strain, rms_force, energy, .. } = *row;
+            let spreads = [rms_top, peak_top, peak_strain, rms_force, energy, kilonewtons];
+            let cells = spreads.map(Spread::cell);
             [name, measure.words().to_owned()].into_iter().chain(cells).collect::<Vec<_>>()
         };
         let all = self.measures.iter().map(|one| row("all".to_owned(), one));
@@ -170,7 +191,16 @@ impl ToleranceSummary {
         });
         let costs = Table::new(
             "What faults cost, relative to the runs without them",
-            &["", "measure", "rms top", "peak strain", "rms force", "largest demand kN"],
+            &[
+                "",
+                "measure",
+                "rms top",
+                "peak top",
+                "peak strain",
+                "rms force",
+                "energy",
+                "largest demand kN",
+            ],
             all.chain(by_kind).collect(),
         )
         .with_note(format!(
@@ -202,11 +232,14 @@ impl ToleranceSummary {
             "Error against the true elongation. covered: within the 95 % interval. Gages: faults that begin in service.",
         );
         let step = |(measure, spread): (&Measure, &Spread)| {
-            vec![measure.words().to_owned(), spread.scaled(1e-3).cell()]
+            let at_return =
+                self.return_step_n.get(measure).map(|spread| spread.scaled(1e-3).cell());
+            let at_verdict = spread.scaled(1e-3).cell();
+            vec![measure.words().to_owned(), at_verdict, at_return.unwrap_or_default()]
         };
         let steps = Table::new(
-            "Largest step of a demand at the verdict",
-            &["measure", "kN"],
+            "Largest step of a demand, kN",
+            &["measure", "at the verdict", "at the reset"],
             self.demand_step_n.iter().map(step).collect(),
         );
         if self.readings.is_empty() { vec![costs] } else { vec![costs, readings, steps] }
