@@ -142,6 +142,11 @@ impl Deployment {
         self.change(index + 1, change);
     }
 
+    /// Changes the configuration of the plant.
+    pub fn reconfigure_plant(&self, change: impl FnOnce(&mut toml::Table)) {
+        self.change(0, change);
+    }
+
     /// Changes a setting of the plant, whose place is 0, or of a module, before it is started.
     pub fn set(&self, place: usize, table: &str, key: &str, value: impl Into<toml::Value>) {
         self.change(place, |document| {

@@ -5,6 +5,7 @@
 
 mod broken_machine;
 mod chaos;
+mod closed_loop;
 mod equality;
 mod fleet;
 mod flood;
