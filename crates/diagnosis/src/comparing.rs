@@ -58,6 +58,11 @@ impl Comparing {
         self.detectors.as_ref()?.departed(channel)
     }
 
+    /// The end of the last window that a component agreed in before it began to depart, if it departs in the latest long one.
+    pub(crate) fn agreed_before(&self, channel: usize) -> Option<Step> {
+        self.detectors.as_ref()?.agreed_before(channel)
+    }
+
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
         let detectors = self.detectors.as_ref();
         detectors.map_or(&Condition::NotVerified, |known| known.condition(channel))

@@ -14,10 +14,11 @@ use std::sync::Arc;
 
 use vocabulary::{
     CorrectedReadings, ModuleName, ReadingSource, ReplacedReading, StateAnswer, StateQuestion,
-    Step, WindowMeans,
+    Step, Symptom, WindowMeans,
 };
 
 use crate::channels::{ChannelLayout, Channels};
+use crate::comparing::Comparing;
 use crate::event::{Action, Handling};
 use crate::ledger::Ledger;
 use crate::settings::{ModuleSetup, Sampling, shared};
@@ -204,7 +205,12 @@ impl Correcting {
     }
 
     /// Follows the verdicts on gages, and how large errors are.
-    pub(crate) fn follow(&mut self, ledger: &Ledger, handling: &mut Handling<'_>) {
+    pub(crate) fn follow(
+        &mut self,
+        ledger: &Ledger,
+        comparing: &Comparing,
+        handling: &mut Handling<'_>,
+    ) {
         if self.replaces_any() {
             self.note_errors(handling.channels);
         }
@@ -218,9 +224,16 @@ impl Correcting {
         if lost == self.lost {
             return;
         }
+        let before_onset = self.sampling.steps(BEFORE_ONSET_S);
+        // Of a departure only the end is known for certain; and a change that comes late follows windows that depart.
         let onset = |gage: usize| {
             let latest = ledger.latest(&handling.channels.components()[channel(gage)])?;
-            (!latest.before_service && !latest.run_ended).then_some(latest.onset)
+            let is_known = !latest.before_service
+                && !latest.run_ended
+                && matches!(latest.symptom, Symptom::Change | Symptom::NoSignal);
+            let agreed = comparing.agreed_before(channel(gage));
+            let sure = agreed.map(|agreed| agreed.plus(before_onset + 1));
+            is_known.then(|| sure.map_or(latest.onset, |until| until.min(latest.onset)))
         };
         let newly = (0..lost.len()).filter(|gage| lost[*gage] && !self.lost[*gage]);
         let before = newly.filter_map(onset).min();

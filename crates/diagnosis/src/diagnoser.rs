@@ -172,7 +172,7 @@ impl Diagnoser {
         judging.judge(&mut handling);
         comparing.compare(judging, &mut handling);
         identifying.follow(&judging.ledger, comparing, &mut handling);
-        correcting.follow(&judging.ledger, &mut handling);
+        correcting.follow(&judging.ledger, comparing, &mut handling);
         self.leaking.follow(&self.judging.ledger, sample);
         self.freezing.note(&actions[before..]);
         self.freezing.follow(now, &self.channels, actions);

@@ -144,6 +144,36 @@ fn demands_that_make_up_for_a_cylinder_look_like_no_fault() {
     }
 }
 
+/// A gage that has stuck departs from its reference before it is declared faulty; the means of these windows are not what it
+/// read before the onset.
+#[test]
+fn no_offset_is_held_from_windows_that_depart() {
+    let (site, setups) = &*PLANT;
+    for (seed, place) in [(2, 4), (9, 6), (5, 5)] {
+        let component = format!("module2/sensor/g{}", place + 1).parse().unwrap();
+        let fault = TimedFault { at: ONSET, until: None, component, fault: Fault::Stuck {} };
+        let plant = site.plant(seed).unwrap();
+        let mut rig = Rig::new(plant, setups.clone(), vec![fault], RunId(5)).unwrap();
+        rig.correct(0);
+        rig.run(ONSET.0).unwrap();
+        let (mut replaced, mut covered) = (0, 0);
+        for _ in 0..6000 {
+            rig.step().unwrap();
+            let readings = rig.corrected(1).unwrap();
+            if readings.source[place] == ReadingSource::Replaced {
+                let [low_m, high_m] =
+                    [&readings.low_m, &readings.high_m].map(|ends| ends[place].unwrap());
+                let truth_m = rig.plant().signals().modules[1].true_elongations_m[place];
+                replaced += 1;
+                covered += u32::from((low_m..=high_m).contains(&truth_m));
+            }
+        }
+        assert!((1000..5000).contains(&replaced), "{seed}: named {replaced} steps before the end");
+        let share = f64::from(covered) / f64::from(replaced);
+        assert!(share > 0.85, "{seed}: {share} of {replaced} steps");
+    }
+}
+
 /// A cylinder leaks so much, and so much more each second; when its leak is said to be as wide as its valve, minute by
 /// minute \[s\].
 fn leak(begins_m2: f64, per_s_m2: f64, minutes: u64) -> Vec<Option<f64>> {

@@ -144,6 +144,17 @@ impl StateDetector {
         &self.tracks[channel].condition
     }
 
+    /// The end of the last window that a channel agreed in before it began to depart, if it departs in the latest; at the
+    /// latest the first step, if it never agreed.
+    pub(crate) fn agreed_before(&self, channel: usize) -> Option<Step> {
+        let Track { condition, agreed, .. } = &self.tracks[channel];
+        let departs = matches!(
+            condition,
+            Condition::Doubtful { .. } | Condition::Departed { .. } | Condition::OneOf { .. }
+        );
+        departs.then(|| agreed.unwrap_or_default())
+    }
+
     /// By how much a channel's mean, or oil content, was off in the latest window.
     pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
         self.tracks[channel].off

@@ -57,6 +57,11 @@ impl Detectors {
         self.long.condition(channel)
     }
 
+    /// The end of the last window that a channel agreed in before it began to depart, if it departs in the latest long one.
+    pub(crate) fn agreed_before(&self, channel: usize) -> Option<Step> {
+        self.long.agreed_before(channel)
+    }
+
     /// Takes a window; `known` are the channels that are known to be faulty. A short one counts only if it is `calm`: while
     /// something moves, it holds what a second would even out. Of long ones that are not, half count against a cylinder. Besides what becomes of it, what of an earlier one was
     /// concluded without waiting any longer.
