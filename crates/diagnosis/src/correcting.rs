@@ -37,6 +37,8 @@ const NORMAL_95: f64 = 1.96;
 /// So many of the latest short windows tell how large the error is; at first, the reference counts as so many.
 const LATEST_WINDOWS: f64 = 20.0;
 const REFERENCE_WINDOWS: f64 = 5.0;
+/// Without an offset, the error's variance counts as so much of that of the reference at least.
+const LEAST_PLAIN_RATIO: f64 = 0.6;
 /// No reading is given while the error's variance is so many times that of the reference.
 const LARGEST_RATIO: f64 = 100.0;
 
@@ -476,8 +478,12 @@ impl Correcting {
         if !all_seen || self.error_ratio > LARGEST_RATIO {
             return None;
         }
-        let error_m2 =
-            self.error_ratio * replacement.error_m2() + replacement.known.noise_m2(&self.noise);
+        // Errors that last as long as the weather are too few to tell that the rest are small.
+        let ratio = match replacement.offset_m {
+            Some(_) => self.error_ratio,
+            None => self.error_ratio.max(LEAST_PLAIN_RATIO),
+        };
+        let error_m2 = ratio * replacement.error_m2() + replacement.known.noise_m2(&self.noise);
         let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(value);
         Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
