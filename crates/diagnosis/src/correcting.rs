@@ -5,7 +5,7 @@
 //! changes.
 //!
 //! Weather and loads that the reference does not know give a reconstruction an error, which is nearly constant. Its value
-//! before the onset is taken off: the offset. That of the peers' forces is known once they have answered what they measured
+//! before the onset is taken off: the offset, of which less is left the longer ago that was. That of the peers' forces is known once they have answered what they measured
 //! then; until then, and while a peer is silent, the gage follows from the module's own values alone.
 //!
 //! How large the rest of the error is now, the healthy gages tell: each is reconstructed like the lost ones.
@@ -26,9 +26,11 @@ use crate::state::{
     Reconstruction, ReconstructionError, ReconstructionNoise, Reference, WindowLength,
 };
 
-/// Long windows whose mean gives the offset: the latest that ended this long before the onset \[s\].
+/// Long windows whose mean gives the offset: the latest that ended this long before the onset, which a slow change precedes \[s\].
 const HELD_WINDOWS: usize = 2;
-const BEFORE_ONSET_S: f64 = 0.5;
+const BEFORE_ONSET_S: f64 = 2.0;
+/// The offset is due to weather that changes within an hour \[s\].
+const OFFSET_LASTS_S: f64 = 3600.0;
 /// A peer's forces may be so old \[s\].
 const FRESH_S: f64 = 0.05;
 /// Two-sided 95 % of the standard normal distribution.
@@ -42,37 +44,59 @@ const LEAST_PLAIN_RATIO: f64 = 0.6;
 /// No reading is given while the error's variance is so many times that of the reference.
 const LARGEST_RATIO: f64 = 100.0;
 
+/// What is added to a reconstruction, because it was missing before the onset.
+#[derive(Debug, Clone, Copy, serde::Serialize, serde::Deserialize)]
+struct Offset {
+    value_m: f64,
+    since: Step,
+}
+
 /// From what a gage is reconstructed.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Replacement {
     known: Reconstruction,
-    /// What is added \[m\]; `None` if nothing is known of before the onset.
-    offset_m: Option<f64>,
+    /// `None` if nothing is known of before the onset.
+    offset: Option<Offset>,
     /// Root mean square error in the reference, without an offset and with one \[m\].
     error_m: [f64; 2],
+    /// After so many steps 1/e of an offset is left.
+    lasting_steps: f64,
 }
 
 impl Replacement {
+    /// The share of an offset that is left: the weather that made it passes.
+    fn left(&self, since: Step, now: Step) -> f64 {
+        (-(now.since(since) as f64) / self.lasting_steps).exp()
+    }
+
     /// What the residual should be \[m\].
-    fn residual_m(&self, value: impl Fn(usize) -> f64) -> f64 {
-        self.known.residual_m(value) + self.offset_m.unwrap_or(0.0)
+    fn residual_m(&self, now: Step, value: impl Fn(usize) -> f64) -> f64 {
+        let offset_m = self.offset.map(|offset| self.left(offset.since, now) * offset.value_m);
+        self.known.residual_m(value) + offset_m.unwrap_or(0.0)
     }
 
     /// Variance of its error in the reference \[m²\].
-    fn error_m2(&self) -> f64 {
-        let [plain_m, held_m] = self.error_m;
-        self.offset_m.map_or(plain_m, |_| held_m).powi(2)
+    fn error_m2(&self, now: Step) -> f64 {
+        let [plain_m2, held_m2] = self.error_m.map(|error_m| error_m * error_m);
+        let left = self.offset.map_or(0.0, |offset| self.left(offset.since, now).powi(2));
+        left * held_m2 + (1.0 - left) * plain_m2
     }
 
     /// Continues where a former replacement was, or where the gage itself was, by what was measured before the onset.
-    fn hold(&mut self, former: Option<&Self>, gage: usize, before: &[f64]) {
-        let value = |place: usize| before[place];
-        let was = match former {
-            Some(former) => former.offset_m.map(|o| o + former.known.residual_m(value)),
-            None => Some(before[gage]),
+    fn hold(&mut self, former: Option<&Self>, gage: usize, before: &Before) {
+        let Before { onset, values, .. } = before;
+        let value = |place: usize| values[place];
+        let (was_m, since) = match former {
+            Some(former) => {
+                (former.residual_m(*onset, value), former.offset.map(|offset| offset.since))
+            }
+            None => (values[gage], Some(*onset)),
         };
-        let offset = was.map(|was| was - self.known.residual_m(value));
-        self.offset_m = offset.filter(|offset| offset.is_finite());
+        let missing_m = was_m - self.known.residual_m(value);
+        self.offset = since.filter(|_| missing_m.is_finite()).map(|since| {
+            let value_m = missing_m / self.left(since, *onset);
+            Offset { value_m, since }
+        });
     }
 }
 
@@ -86,7 +110,7 @@ struct Replacements {
 impl Replacements {
     /// Peers' forces serve if they are heard, unless the offset is known only without them.
     fn best(&self, hears_all: bool) -> &Replacement {
-        let has_offset = |one: &Replacement| one.offset_m.is_some();
+        let has_offset = |one: &Replacement| one.offset.is_some();
         if hears_all && (has_offset(&self.with_peers) || !has_offset(&self.alone)) {
             &self.with_peers
         } else {
@@ -128,6 +152,7 @@ impl Heard {
 /// What was measured before the latest onset, as far as it is known.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Before {
+    onset: Step,
     windows: Vec<Step>,
     /// In the order of the reference; NaN while unknown.
     values: Vec<f64>,
@@ -249,17 +274,17 @@ impl Correcting {
         {
             let Some(replacements) = replacements else { continue };
             match &self.before {
-                Some(Before { values, .. }) => {
+                Some(before) => {
                     former.take_if(|_| !was_lost[gage]);
                     let former = former.as_ref().map(|former| &former.alone);
-                    replacements.alone.hold(former, gage, values);
-                    replacements.with_peers.hold(None, gage, values);
+                    replacements.alone.hold(former, gage, before);
+                    replacements.with_peers.hold(None, gage, before);
                 }
                 // A gage was reset, or nothing is known of before: what is known of the others stays.
                 None => {
                     let Some(former) = former else { continue };
-                    replacements.alone.offset_m = former.alone.offset_m;
-                    replacements.with_peers.offset_m = former.with_peers.offset_m;
+                    replacements.alone.offset = former.alone.offset;
+                    replacements.with_peers.offset = former.with_peers.offset;
                 }
             }
         }
@@ -313,7 +338,7 @@ impl Correcting {
         let replacements = self.replacements.iter_mut().zip(&before.former).enumerate();
         for (gage, (replacements, former)) in replacements {
             let Some(replacements) = replacements else { continue };
-            replacements.with_peers.hold(former.as_ref(), gage, &before.values);
+            replacements.with_peers.hold(former.as_ref(), gage, before);
         }
     }
 
@@ -350,8 +375,9 @@ impl Correcting {
         let growth = (known.deviation_m / least.deviation_m).max(1.0);
         Some(Replacement {
             known,
-            offset_m: None,
+            offset: None,
             error_m: error_m.map(|error_m| growth * error_m),
+            lasting_steps: self.sampling.steps(OFFSET_LASTS_S) as f64,
         })
     }
 
@@ -388,6 +414,7 @@ impl Correcting {
         let forces = (0..reference.forces.len())
             .map(|force| mean(&|window| Some(window.cylinders.get(force)?.as_ref()?.force_n)));
         Some(Before {
+            onset,
             values: gages.chain(forces).collect(),
             windows: windows.iter().map(|window| window.until).collect(),
             answers: Vec::new(),
@@ -415,8 +442,8 @@ impl Correcting {
         let ratios = healthy.filter_map(|gage| {
             let replacement = self.replacements[gage].as_ref()?.best(self.hears_all(window.until));
             let value = |place: usize| self.value(place, &gages, &forces, |heard| &heard.mean_n);
-            let error_m = gages[gage] - replacement.residual_m(value);
-            error_m.is_finite().then(|| error_m * error_m / replacement.error_m2())
+            let error_m = gages[gage] - replacement.residual_m(window.until, value);
+            error_m.is_finite().then(|| error_m * error_m / replacement.error_m2(window.until))
         });
         let (sum, count) =
             ratios.fold((0.0, 0.0), |(sum, count), ratio| (sum + ratio, count + 1.0));
@@ -479,12 +506,12 @@ impl Correcting {
             return None;
         }
         // Errors that last as long as the weather are too few to tell that the rest are small.
-        let ratio = match replacement.offset_m {
+        let ratio = match replacement.offset {
             Some(_) => self.error_ratio,
             None => self.error_ratio.max(LEAST_PLAIN_RATIO),
         };
-        let error_m2 = ratio * replacement.error_m2() + replacement.known.noise_m2(&self.noise);
-        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(value);
+        let error_m2 = ratio * replacement.error_m2(now) + replacement.known.noise_m2(&self.noise);
+        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(now, value);
         Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
 
