@@ -5,8 +5,9 @@
 //! changes.
 //!
 //! Weather and loads that the reference does not know give a reconstruction an error, which is nearly constant. Its value
-//! before the onset is taken off: the offset, of which less is left the longer ago that was. That of the peers' forces is known once they have answered what they measured
-//! then; until then, and while a peer is silent, the gage follows from the module's own values alone.
+//! before the onset is taken off: the offset, which fades within an hour. That of the peers' forces is known once they have
+//! answered what they measured then; until then, and while a peer is silent, the gage follows from the module's own values
+//! alone.
 //!
 //! How large the rest of the error is now, the healthy gages tell: each is reconstructed like the lost ones.
 
@@ -26,10 +27,11 @@ use crate::state::{
     Reconstruction, ReconstructionError, ReconstructionNoise, Reference, WindowLength,
 };
 
-/// Long windows whose mean gives the offset: the latest that ended this long before the onset, which a slow change precedes \[s\].
+/// Long windows whose mean gives the offset: the latest that ended this long before the onset \[s\]. A slow fault begins before
+/// its change is found.
 const HELD_WINDOWS: usize = 2;
 const BEFORE_ONSET_S: f64 = 2.0;
-/// The offset is due to weather that changes within an hour \[s\].
+/// Time constant with which the offset fades \[s\]: the weather that made it changes within an hour.
 const OFFSET_LASTS_S: f64 = 3600.0;
 /// A peer's forces may be so old \[s\].
 const FRESH_S: f64 = 0.05;

@@ -86,7 +86,7 @@ impl Leaking {
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Block {
     steps: u64,
-    /// So many of them have values.
+    /// Steps with values.
     known: u64,
     flow: f64,
     pressures_pa: [f64; 2],
@@ -102,7 +102,7 @@ impl Block {
         }
     }
 
-    /// The width of a leak of this kind over that of the valve; `None` if it is no leak, or nothing is known.
+    /// The width of a leak of this kind relative to the valve's; `None` for other kinds, and without values.
     fn width(&self, kind: FaultKind, hydraulics: &NominalHydraulics) -> Option<f64> {
         let known = self.known as f64;
         let [a, b] = self.pressures_pa.map(|sum_pa| sum_pa / known);

@@ -158,8 +158,8 @@ impl Rig {
         self.forces_unheard = true;
     }
 
-    /// From now on this share of what modules publish of their gages and forces is lost: the controller uses what it was
-    /// told last.
+    /// From now on this share of the modules' messages about gages and forces is lost: the controller uses the latest that
+    /// arrived.
     pub fn lose_readings(&mut self, share: f64, seed: u64) {
         (self.lost, self.losses) = (share, ChaCha8Rng::seed_from_u64(seed));
     }

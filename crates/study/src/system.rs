@@ -17,7 +17,7 @@ use crate::commissioning::{PlantSite, SnippetPlan, usual_snippets};
 use crate::error::StudyError;
 use crate::rig::{Rig, TimedFault};
 
-/// Random streams of plants, and of what becomes of one.
+/// Random streams of plants, and of their changes in service.
 const FIRST_PLANT_STREAM: u64 = 7 << 60;
 const SOFTENED_STREAM: u64 = 12 << 60;
 /// The commissioning of each plant: snippets under its weather in addition to two strokes of each cylinder, at least

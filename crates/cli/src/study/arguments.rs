@@ -311,7 +311,7 @@ pub(super) struct ToleranceArguments {
     /// Modules do not hear each other's forces
     #[arg(long)]
     pub(super) silent_peers: bool,
-    /// This share of what modules publish of their gages and forces is lost
+    /// The share of the messages about gages and forces that is lost
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = |x: &str| within(x, 0.0..=1.0))]
     pub(super) lost: f64,
     /// A column of each plant has lost this share of its stiffness since the commissioning

@@ -158,7 +158,7 @@ pub struct Impediments {
     pub wrong: bool,
     /// Modules do not hear each other's forces.
     pub silent_peers: bool,
-    /// This share of what modules publish of their gages and forces is lost.
+    /// The share of the messages about gages and forces that is lost.
     pub lost: f64,
     /// A column of each plant, drawn at random, has lost this share of its stiffness since the commissioning.
     pub softened: f64,
