@@ -80,7 +80,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "PICTURE.svg", requires = "modules")]
     pub(super) svg: Option<PathBuf>,
     /// Write what each channel reads in every row, or while it is faulty what it should have read in the latest window,
-    /// with a 95 % interval; with a learned module
+    /// with a 95 % interval, and nothing while that is not known or it has no signal; with a learned module
     #[arg(long, value_name = "TABLE.csv", requires = "modules")]
     pub(super) corrected: Option<PathBuf>,
     #[command(flatten)]

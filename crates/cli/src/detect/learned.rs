@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use daemon::config::{load_diagnoser, load_learned};
 use diagnosis::state::learned::{
-    ChannelSummary, ChannelVerdict, FittedKind, LearnedChannel, LearnedJudge, LearnedModule,
+    ChannelState, ChannelSummary, ChannelVerdict, FittedKind, LearnedChannel, LearnedJudge,
+    LearnedModule,
 };
 use serde_json::{Map, Value, json};
 use settings::SettingsFile;
@@ -16,6 +17,7 @@ use super::arguments::Arguments;
 use super::picture::Picture;
 use crate::check::kind::FileKind;
 use crate::csv_rows::CsvRows;
+use crate::export::number;
 use crate::failure::Failure;
 use crate::learn;
 use crate::output;
@@ -161,13 +163,15 @@ impl<'a> CorrectedTable<'a> {
     fn take(&mut self, sample: &[f64], judge: &LearnedJudge) -> Result<(), Failure> {
         let cells = |(channel, value): (usize, &f64)| match judge.expected(channel) {
             Some([expected, within]) => [expected, expected - within, expected + within],
-            None => [*value, f64::NAN, f64::NAN],
+            None => match judge.state(channel) {
+                ChannelState::Normal | ChannelState::Unknown => [*value, f64::NAN, f64::NAN],
+                ChannelState::NoSignal | ChannelState::Faulty => [f64::NAN; 3],
+            },
         };
         let cells = sample.iter().enumerate().flat_map(cells);
-        let text = |value: f64| if value.is_nan() { String::new() } else { value.to_string() };
         let row = self.row.to_string();
         self.row += 1;
-        self.write([row].into_iter().chain(cells.map(text)))
+        self.write([row].into_iter().chain(cells.map(number)))
     }
 
     fn write(&mut self, cells: impl Iterator<Item = String>) -> Result<(), Failure> {

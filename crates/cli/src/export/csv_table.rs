@@ -39,7 +39,7 @@ fn write_row<W: Write>(out: &mut csv::Writer<W>, row: &TableRow) -> io::Result<(
 }
 
 /// The shortest text that parses to the same bits; empty if the value is not finite.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 

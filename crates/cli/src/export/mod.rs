@@ -18,6 +18,7 @@ use vocabulary::{ModuleName, RunId};
 use crate::failure::Failure;
 use crate::output;
 use crate::replay::read;
+pub(crate) use csv_table::number;
 pub(crate) use tables::{NamedTable, RecordedTables, is_recording, open_csv, tables_of_run};
 
 /// How tables come by the residuals that they lack.

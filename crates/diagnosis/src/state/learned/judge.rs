@@ -244,6 +244,11 @@ impl LearnedJudge {
         ChannelStanding { state, first, found: track.found }
     }
 
+    /// The state of a channel since the latest window.
+    pub fn state(&self, channel: usize) -> ChannelState {
+        self.standing(channel).state
+    }
+
     /// Why nothing is called normal at present.
     pub(crate) fn obstacle(&self) -> Option<&Obstacle> {
         self.obstacle.as_ref()
