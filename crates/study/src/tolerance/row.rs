@@ -142,8 +142,12 @@ impl ToleranceRow {
             all.for_each(|motion| motion.top_um.clear());
         }
         let mut transitions = run.occurrences.iter().filter_map(RigEvent::transition);
-        let verdict = transitions
-            .find(|(path, transition)| *path == fault.component && transition.verdict.is_latched());
+        // What is named later is named because the fault goes.
+        let verdict = transitions.find(|(path, transition)| {
+            *path == fault.component
+                && transition.verdict.is_latched()
+                && transition.decided < case.kind.until
+        });
         let step_s = system.parameters.step_s;
         Ok(Self {
             kind: case.kind.kind,
