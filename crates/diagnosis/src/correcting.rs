@@ -4,10 +4,10 @@
 //! Readings are computed only when they are asked for; beside that, something is done only when the verdict on a gage
 //! changes.
 //!
-//! Weather and loads that the reference does not know give a reconstruction an error, which is nearly constant. Its value
-//! before the onset is taken off: the offset, which fades within an hour. That of the peers' forces is known once they have
-//! answered what they measured then; until then, and while a peer is silent, the gage follows from the module's own values
-//! alone.
+//! Weather and loads that the reference does not know give a reconstruction an error, which is nearly constant. A gage is
+//! reconstructed from what has changed since before the onset, therefore: the offset is what the reconstruction missed then. It
+//! fades within an hour. What peers' forces were is known once they have answered; until then, and while a peer is silent, the
+//! gage follows from the module's own values alone.
 //!
 //! How large the rest of the error is now, the healthy gages tell: each is reconstructed like the lost ones.
 
@@ -56,32 +56,50 @@ struct Offset {
 /// From what a gage is reconstructed.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Replacement {
-    known: Reconstruction,
+    /// From what is now.
+    plain: Weighed,
+    /// From what has changed since before the onset.
+    held: Weighed,
     /// `None` if nothing is known of before the onset.
     offset: Option<Offset>,
-    /// Root mean square error in the reference, without an offset and with one \[m\].
-    error_m: [f64; 2],
     /// After so many steps 1/e of an offset is left.
     lasting_steps: f64,
 }
 
+/// A reconstruction and its errors.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
+struct Weighed {
+    known: Reconstruction,
+    /// Mean square error in the reference \[m²\].
+    error_m2: f64,
+    /// Variance due to the noise of what it follows from \[m²\].
+    noise_m2: f64,
+}
+
 impl Replacement {
     /// The share of an offset that is left: the weather that made it passes.
-    fn left(&self, since: Step, now: Step) -> f64 {
-        (-(now.since(since) as f64) / self.lasting_steps).exp()
+    fn left(&self, now: Step) -> f64 {
+        let left = |offset: Offset| (-(now.since(offset.since) as f64) / self.lasting_steps).exp();
+        self.offset.map_or(0.0, left)
     }
 
     /// What the residual should be \[m\].
-    fn residual_m(&self, now: Step, value: impl Fn(usize) -> f64) -> f64 {
-        let offset_m = self.offset.map(|offset| self.left(offset.since, now) * offset.value_m);
-        self.known.residual_m(value) + offset_m.unwrap_or(0.0)
+    fn residual_m(&self, left: f64, value: impl Fn(usize) -> f64) -> f64 {
+        let plain_m = self.plain.known.residual_m(&value);
+        self.offset.map_or(plain_m, |offset| {
+            let held_m = self.held.known.residual_m(&value) + offset.value_m;
+            left * held_m + (1.0 - left) * plain_m
+        })
     }
 
     /// Variance of its error in the reference \[m²\].
-    fn error_m2(&self, now: Step) -> f64 {
-        let [plain_m2, held_m2] = self.error_m.map(|error_m| error_m * error_m);
-        let left = self.offset.map_or(0.0, |offset| self.left(offset.since, now).powi(2));
-        left * held_m2 + (1.0 - left) * plain_m2
+    fn error_m2(&self, left: f64) -> f64 {
+        left * left * self.held.error_m2 + (1.0 - left * left) * self.plain.error_m2
+    }
+
+    /// Variance due to the noise of what it follows from \[m²\].
+    fn noise_m2(&self, left: f64) -> f64 {
+        left * self.held.noise_m2 + (1.0 - left) * self.plain.noise_m2
     }
 
     /// Continues where a former replacement was, or where the gage itself was, by what was measured before the onset.
@@ -89,16 +107,18 @@ impl Replacement {
         let Before { onset, values, .. } = before;
         let value = |place: usize| values[place];
         let (was_m, since) = match former {
-            Some(former) => {
-                (former.residual_m(*onset, value), former.offset.map(|offset| offset.since))
-            }
+            Some(former) => (
+                former.residual_m(former.left(*onset), value),
+                former.offset.map(|offset| offset.since),
+            ),
             None => (values[gage], Some(*onset)),
         };
-        let missing_m = was_m - self.known.residual_m(value);
-        self.offset = since.filter(|_| missing_m.is_finite()).map(|since| {
-            let value_m = missing_m / self.left(since, *onset);
-            Offset { value_m, since }
-        });
+        self.offset = since.map(|since| Offset { value_m: 0.0, since });
+        let left = self.left(*onset);
+        let missing_m = (was_m - self.residual_m(left, value)) / left;
+        self.offset = since
+            .filter(|_| missing_m.is_finite())
+            .map(|since| Offset { value_m: missing_m, since });
     }
 }
 
@@ -121,33 +141,69 @@ impl Replacements {
     }
 }
 
-/// A peer's forces \[N\].
-#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+/// What a peer has told.
+#[derive(Debug, Clone, Copy, Default, serde::Serialize, serde::Deserialize)]
 struct Heard {
-    step: Step,
-    latest_n: Vec<f64>,
-    /// Since the latest short window ended: their sum, and how many there were.
-    sum_n: Vec<f64>,
-    count: f64,
-    /// Their mean over that window.
-    mean_n: Vec<f64>,
+    latest: Option<Step>,
+    /// So many times since the latest short window ended.
+    times: u32,
 }
 
-impl Heard {
-    fn take(&mut self, step: Step, forces_n: &[f64]) {
-        self.step = step;
-        self.latest_n.clear();
-        self.latest_n.extend_from_slice(forces_n);
-        self.sum_n.resize(forces_n.len(), 0.0);
-        self.sum_n.iter_mut().zip(forces_n).for_each(|(sum, force)| *sum += force);
-        self.count += 1.0;
+/// The forces of the peers, in the order of the reference \[N\].
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
+struct PeersForces {
+    heard: Vec<Heard>,
+    /// Whose the forces are, by place among the peers.
+    peers: Vec<usize>,
+    latest_n: Vec<f64>,
+    /// Since the latest short window ended.
+    sums_n: Vec<f64>,
+    /// Over that window.
+    means_n: Vec<f64>,
+}
+
+impl PeersForces {
+    fn of(reference: &Reference) -> Self {
+        let peers = reference.peers().enumerate();
+        let peers: Vec<usize> =
+            peers.flat_map(|(place, peer)| reference.forces_of(peer).map(move |_| place)).collect();
+        let unknown = vec![f64::NAN; peers.len()];
+        Self {
+            heard: vec![Heard::default(); reference.peers().count()],
+            latest_n: unknown.clone(),
+            sums_n: vec![0.0; peers.len()],
+            means_n: unknown,
+            peers,
+        }
+    }
+
+    fn forget(&mut self) {
+        self.heard.fill(Heard::default());
+        self.latest_n.fill(f64::NAN);
+        self.sums_n.fill(0.0);
+        self.means_n.fill(f64::NAN);
+    }
+
+    fn take(&mut self, peer: usize, step: Step, forces_n: &[f64]) {
+        self.heard[peer].latest = Some(step);
+        self.heard[peer].times += 1;
+        let first = self.peers.iter().take_while(|of| **of != peer).count();
+        for (place, force_n) in (first..).zip(forces_n) {
+            self.latest_n[place] = *force_n;
+            self.sums_n[place] += force_n;
+        }
     }
 
     fn end_window(&mut self) {
-        self.mean_n.clear();
-        self.mean_n.extend(self.sum_n.iter().map(|sum| sum / self.count));
-        self.sum_n.fill(0.0);
-        self.count = 0.0;
+        for ((mean, sum), peer) in self.means_n.iter_mut().zip(&mut self.sums_n).zip(&self.peers) {
+            *mean = std::mem::take(sum) / f64::from(self.heard[*peer].times);
+        }
+        self.heard.iter_mut().for_each(|heard| heard.times = 0);
+    }
+
+    /// Has every peer told its forces since then?
+    fn are_all_since(&self, oldest: Step) -> bool {
+        self.heard.iter().all(|heard| heard.latest.is_some_and(|latest| latest >= oldest))
     }
 }
 
@@ -184,8 +240,7 @@ pub(crate) struct Correcting {
     noted: Option<Step>,
     /// The number that the next transition had when that was decided.
     decided: u64,
-    /// The latest forces of each peer that the reference knows, with their step \[N\].
-    heard: Vec<Option<Heard>>,
+    peers: PeersForces,
 }
 
 impl Correcting {
@@ -196,7 +251,7 @@ impl Correcting {
             layout,
             sampling: setup.sampling(),
             noise: ReconstructionNoise::of(setup),
-            heard: vec![None; reference.as_ref().map_or(0, |known| known.peers().count())],
+            peers: reference.as_deref().map(PeersForces::of).unwrap_or_default(),
             reference,
             lost: vec![false; layout.gages],
             replacements: vec![None; layout.gages],
@@ -213,7 +268,7 @@ impl Correcting {
         self.lost.fill(false);
         self.replacements.fill(None);
         self.before = None;
-        self.heard.fill(None);
+        self.peers.forget();
         self.decided = 0;
     }
 
@@ -228,7 +283,7 @@ impl Correcting {
         let Some(place) = reference.peers().position(|known| known == peer) else { return true };
         let fits = reference.forces_of(peer).count() == forces_n.len();
         if fits {
-            self.heard[place].get_or_insert_default().take(step, forces_n);
+            self.peers.take(place, step, forces_n);
         }
         fits
     }
@@ -349,14 +404,18 @@ impl Correcting {
             let error = *self.reference.as_ref()?.reconstructions.get(gage)?;
             let ReconstructionError { alone_m, alone_held_m, with_peers_m, with_peers_held_m } =
                 error;
+            let of = |with_peers, [plain_m, held_m]: [f64; 2]| {
+                let weighed = |held, error_m| self.weighed(gage, lost, (with_peers, held), error_m);
+                Some(Replacement {
+                    plain: weighed(false, plain_m)?,
+                    held: weighed(true, held_m)?,
+                    offset: None,
+                    lasting_steps: self.sampling.steps(OFFSET_LASTS_S) as f64,
+                })
+            };
             Some(Replacements {
-                alone: self.replacement(gage, lost, false, [alone_m, alone_held_m])?,
-                with_peers: self.replacement(
-                    gage,
-                    lost,
-                    true,
-                    [with_peers_m, with_peers_held_m],
-                )?,
+                alone: of(false, [alone_m, alone_held_m])?,
+                with_peers: of(true, [with_peers_m, with_peers_held_m])?,
             })
         };
         let any = lost.contains(&true);
@@ -365,36 +424,26 @@ impl Correcting {
 
     /// How a gage follows from those that are not lost. `error_m` is known if it alone is; without others it grows as the
     /// Gaussian says.
-    fn replacement(
+    fn weighed(
         &self,
         gage: usize,
         lost: &[bool],
-        with_peers: bool,
-        error_m: [f64; 2],
-    ) -> Option<Replacement> {
-        let known = self.reconstruction(gage, |other| lost[other], with_peers)?;
-        let least = self.reconstruction(gage, |_| false, with_peers)?;
-        let growth = (known.deviation_m / least.deviation_m).max(1.0);
-        Some(Replacement {
-            known,
-            offset: None,
-            error_m: error_m.map(|error_m| growth * error_m),
-            lasting_steps: self.sampling.steps(OFFSET_LASTS_S) as f64,
-        })
-    }
-
-    fn reconstruction(
-        &self,
-        gage: usize,
-        is_lost: impl Fn(usize) -> bool,
-        with_peers: bool,
-    ) -> Option<Reconstruction> {
+        (with_peers, held): (bool, bool),
+        error_m: f64,
+    ) -> Option<Weighed> {
         let reference = self.reference.as_ref()?;
+        let gaussian = if held { &reference.moving } else { &reference.short.means };
         let first_force = reference.gages.len();
         let forces = if with_peers { reference.forces.len() } else { self.layout.actuators };
-        let gages = (0..self.layout.gages).filter(|other| *other != gage && !is_lost(*other));
-        let from: Vec<usize> = gages.chain(first_force..first_force + forces).collect();
-        Reconstruction::new(&reference.short.means, gage, &from, &self.noise)
+        let without = |is_lost: &dyn Fn(usize) -> bool| {
+            let gages = (0..self.layout.gages).filter(|other| *other != gage && !is_lost(*other));
+            let from: Vec<usize> = gages.chain(first_force..first_force + forces).collect();
+            Reconstruction::new(gaussian, gage, &from, &self.noise)
+        };
+        let known = without(&|other| lost[other])?;
+        let growth = (known.deviation_m / without(&|_| false)?.deviation_m).max(1.0);
+        let noise_m2 = known.noise_m2(&self.noise);
+        Some(Weighed { known, error_m2: (growth * error_m).powi(2), noise_m2 })
     }
 
     /// The module's own values over the windows before a step, at their places in the reference; NaN at the others.
@@ -433,7 +482,7 @@ impl Correcting {
             return;
         }
         self.noted = Some(window.until);
-        self.heard.iter_mut().flatten().for_each(Heard::end_window);
+        self.peers.end_window();
         let gages = window.gages.iter();
         let gages: Vec<f64> =
             gages.map(|gage| gage.as_ref().map_or(f64::NAN, |means| means.residual_m)).collect();
@@ -443,9 +492,10 @@ impl Correcting {
         let healthy = (0..gages.len()).filter(|gage| !self.lost[*gage]);
         let ratios = healthy.filter_map(|gage| {
             let replacement = self.replacements[gage].as_ref()?.best(self.hears_all(window.until));
-            let value = |place: usize| self.value(place, &gages, &forces, |heard| &heard.mean_n);
-            let error_m = gages[gage] - replacement.residual_m(window.until, value);
-            error_m.is_finite().then(|| error_m * error_m / replacement.error_m2(window.until))
+            let value = |place: usize| self.value(place, &gages, &forces, &self.peers.means_n);
+            let left = replacement.left(window.until);
+            let error_m = gages[gage] - replacement.residual_m(left, value);
+            error_m.is_finite().then(|| error_m * error_m / replacement.error_m2(left))
         });
         let (sum, count) =
             ratios.fold((0.0, 0.0), |(sum, count), ratio| (sum + ratio, count + 1.0));
@@ -500,9 +550,10 @@ impl Correcting {
         let (residuals, forces_n) = channels.measured();
         let residuals = residuals.get(self.layout.actuators..)?;
         let replacement = replacements.best(self.hears_all(now));
-        let value = |place: usize| self.value(place, residuals, forces_n, |heard| &heard.latest_n);
+        let value = |place: usize| self.value(place, residuals, forces_n, &self.peers.latest_n);
         let gages = reference.gages.len();
-        let mut forces = replacement.known.places().filter_map(|place| place.checked_sub(gages));
+        let mut forces =
+            replacement.plain.known.places().filter_map(|place| place.checked_sub(gages));
         let all_seen = forces.all(|force| reference.forces[force].has_seen(value(gages + force)));
         if !all_seen || self.error_ratio > LARGEST_RATIO {
             return None;
@@ -512,28 +563,25 @@ impl Correcting {
             Some(_) => self.error_ratio,
             None => self.error_ratio.max(LEAST_PLAIN_RATIO),
         };
-        let error_m2 = ratio * replacement.error_m2(now) + replacement.known.noise_m2(&self.noise);
-        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(now, value);
+        let left = replacement.left(now);
+        let error_m2 = ratio * replacement.error_m2(left) + replacement.noise_m2(left);
+        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(left, value);
         Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
 
-    /// A value of the reference, of these residuals and forces, or of a peer's forces.
-    fn value(
-        &self,
-        place: usize,
-        residuals_m: &[f64],
-        forces_n: &[f64],
-        of_peer: impl Fn(&Heard) -> &[f64],
-    ) -> f64 {
+    /// A value of the reference, of these residuals and forces.
+    fn value(&self, place: usize, residuals_m: &[f64], own_n: &[f64], peers_n: &[f64]) -> f64 {
         let gages = self.reference.as_ref().map_or(0, |reference| reference.gages.len());
         let Some(force) = place.checked_sub(gages) else { return residuals_m[place] };
-        let of_peers = self.heard.iter().flatten().flat_map(of_peer);
-        forces_n.iter().chain(of_peers).nth(force).copied().unwrap_or(f64::NAN)
+        let force_n = match force.checked_sub(own_n.len()) {
+            None => own_n.get(force),
+            Some(of_peers) => peers_n.get(of_peers),
+        };
+        force_n.copied().unwrap_or(f64::NAN)
     }
 
     /// Has every peer that the reference knows told its forces lately?
     fn hears_all(&self, now: Step) -> bool {
-        let oldest = now.minus(self.sampling.steps(FRESH_S));
-        self.heard.iter().all(|heard| heard.as_ref().is_some_and(|heard| heard.step >= oldest))
+        self.peers.are_all_since(now.minus(self.sampling.steps(FRESH_S)))
     }
 }

@@ -269,7 +269,8 @@ fn reference_with_peer() -> Reference {
     let gages: Vec<_> = reference.gages.iter().map(add).collect();
     let forces: Vec<_> = reference.forces.clone();
     assert!(reference.gages.iter().all(|path| path.module == own));
-    for means in [&mut reference.short.means, &mut reference.long.means] {
+    let Reference { short, long, moving, .. } = &mut reference;
+    for means in [&mut short.means, &mut long.means, moving] {
         *means = with_uncorrelated_peer(means, gages.len());
     }
     reference.gages.extend(gages);

@@ -86,9 +86,9 @@ fn a_spoilt_reference_is_refused_by_check() {
     let file = path(&mast, "references/lower.toml");
     let text = fs::read_to_string(&file).unwrap();
     for (from, to, said) in [
-        ("\nv = 3\n", "\nv = 7\n", "its version is 7"),
+        ("\nv = 4\n", "\nv = 7\n", "its version is 7"),
         // What another version has besides does not hide that it is one.
-        ("\nv = 3\n", "\nv = 1\nmargin = 1.3\n", "its version is 1"),
+        ("\nv = 4\n", "\nv = 1\nmargin = 1.3\n", "its version is 1"),
         ("gage_threshold = ", "gage_threshold = -", "`gage_threshold` is -"),
         ("hours = ", "ours = ", "ours"),
     ] {

@@ -87,6 +87,7 @@ pub fn commission(
         cylinder_threshold: threshold(once_in, &of_cylinders),
         forces: places.ranges(&long),
         reconstructions: places.reconstructions(&short, setup)?,
+        moving: Gaussian::learn_moving(&short.observations(&short.means), &places.least()),
         long: places.learn(&long, once_in)?,
         short: places.learn(&short, once_in)?,
         cylinders,

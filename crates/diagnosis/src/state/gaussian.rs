@@ -66,6 +66,25 @@ impl Gaussian {
         Self { snippets: snippets.len(), mean, deviation, correlations }
     }
 
+    /// How such values move about the mean of their snippet.
+    pub(crate) fn learn_moving(observations: &[SnippetValues<'_>], least: &[f64]) -> Self {
+        let of_snippets = observations.chunk_by(|a, b| a.snippet == b.snippet);
+        let about_mean = |windows: &[SnippetValues<'_>]| -> Vec<(usize, Vec<f64>)> {
+            let count = windows.len() as f64;
+            let mean_of = |k: usize| windows.iter().map(|one| one.values[k]).sum::<f64>() / count;
+            let mean: Vec<f64> = (0..least.len()).map(mean_of).collect();
+            let off = |one: &SnippetValues<'_>| {
+                let off = one.values.iter().zip(&mean).map(|(value, mean)| value - mean);
+                (one.snippet, off.collect())
+            };
+            windows.iter().map(off).collect()
+        };
+        let moving: Vec<(usize, Vec<f64>)> = of_snippets.flat_map(about_mean).collect();
+        let moving =
+            moving.iter().map(|(snippet, values)| SnippetValues { snippet: *snippet, values });
+        Self::learn(&moving.collect::<Vec<_>>(), least)
+    }
+
     /// Learns from single rows of one stretch of time.
     pub(crate) fn of_rows(rows: &[Vec<f64>], least: &[f64]) -> Self {
         let observations: Vec<_> =

@@ -1,9 +1,12 @@
 //! What a gage should read, as far as it follows from what is measured beside it.
 //!
-//! r̂ = c + w·x + o, for the residual r of a gage: x are the residuals of the module's other healthy gages and the forces,
+//! r̂ = c + w·x, for the residual r of a gage: x are the residuals of the module's other healthy gages and the forces,
 //! the module's own and those of its peers that are heard. w = (S_xx + ρN)⁻¹ S_xr and c = μ_r − w·μ_x, with mean μ and
 //! covariance S of the reference's short windows and the variances N of the noise, which windows even out and samples do
-//! not (ridge regression; Hoerl and Kennard, Technometrics 12, 1970). The offset o is r − r̂ before the onset.
+//! not (ridge regression; Hoerl and Kennard, Technometrics 12, 1970).
+//!
+//! If r and x are known of before the onset, r̂ = r₀ + w·(x − x₀): what has changed since follows better from how values move
+//! within snippets than from how snippets differ. S is then that about the snippets' means.
 
 use serde::{Deserialize, Serialize};
 
@@ -113,23 +116,26 @@ pub(super) fn errors(
         let rest: Vec<_> = observations.iter().filter(|one| !is_out(one)).copied().collect();
         let left_out: Vec<_> = observations.iter().filter(is_out).copied().collect();
         let means = Gaussian::learn(&rest, least);
+        let moving = Gaussian::learn_moving(&rest, least);
         for (gage, sums) in sums.iter_mut().enumerate() {
             let others = (0..gages).filter(|other| *other != gage);
             for (number, forces) in [own_forces, all_forces].into_iter().enumerate() {
                 let from: Vec<usize> = others.clone().chain(forces.iter().copied()).collect();
-                let known = Reconstruction::new(&means, gage, &from, noise)?;
-                let off = |one: &SnippetValues| {
+                let [plain, held] = [&means, &moving]
+                    .map(|gaussian| Reconstruction::new(gaussian, gage, &from, noise));
+                let (plain, held) = (plain?, held?);
+                let off = |known: &Reconstruction, one: &SnippetValues| {
                     one.values[gage] - known.residual_m(|place| one.values[place])
                 };
                 for windows in left_out.chunk_by(|a, b| a.snippet == b.snippet) {
-                    let off: Vec<f64> = windows.iter().map(off).collect();
-                    let (first, later) = off.split_at(HELD_FROM.min(off.len()));
+                    let of_held: Vec<f64> = windows.iter().map(|one| off(&held, one)).collect();
+                    let (first, later) = of_held.split_at(HELD_FROM.min(of_held.len()));
                     let offset = first.iter().sum::<f64>() / first.len() as f64;
                     let mut add = |place: usize, value: f64| {
                         sums[place][0] += value * value;
                         sums[place][1] += 1.0;
                     };
-                    off.iter().for_each(|value| add(2 * number, *value));
+                    windows.iter().for_each(|one| add(2 * number, off(&plain, one)));
                     later.iter().for_each(|value| add(2 * number + 1, value - offset));
                 }
             }

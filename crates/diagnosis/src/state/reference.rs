@@ -10,7 +10,7 @@ use crate::settings::ModuleSetup;
 use vocabulary::WindowLength;
 
 /// Version of the file.
-pub const REFERENCE_VERSION: u32 = 3;
+pub const REFERENCE_VERSION: u32 = 4;
 
 /// The reference of one module.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +37,8 @@ pub struct Reference {
     pub long: MeansReference,
     /// Over windows of a tenth of a second.
     pub short: MeansReference,
+    /// How gage residuals \[m\] and forces \[N\] over windows of a tenth of a second move about the mean of their snippet.
+    pub moving: Gaussian,
     /// How well each of its own gages is reconstructed from the other gages and the forces.
     pub reconstructions: Vec<ReconstructionError>,
     /// Each of its cylinders: mean tracking residual \[N\], oil content \[Pa\], force \[N\], its rate \[N/s\].
@@ -255,13 +257,18 @@ impl Reference {
                 let problems = means.problems(gages, values).into_iter();
                 problems.map(move |problem| format!("{name}: {problem}"))
             });
+        let of_moving = self.moving.problem("moving", values);
         let all = figures
             .into_iter()
             .chain(of_forces)
             .chain(of_reconstructions)
             .chain([count, of_gages])
             .flatten();
-        all.chain(of_cylinders).chain(of_means).map(ReferenceProblem::Figures).collect()
+        all.chain(of_cylinders)
+            .chain(of_means)
+            .chain(of_moving)
+            .map(ReferenceProblem::Figures)
+            .collect()
     }
 
     /// The peers that it knows, in the order of its values.
