@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use recording::Stamp;
-use vocabulary::{Key, ModuleName, StructureName, Topic};
+use vocabulary::{Key, ModuleName, StatePart, StructureName, Topic};
 
 /// States that are asked for at once: each is some megabytes.
 const AT_ONCE: usize = 4;
@@ -26,6 +26,8 @@ struct ModuleHead {
     asked: Option<Instant>,
     /// Run and step of its first sample that was published meanwhile.
     first: Option<(u64, u64)>,
+    /// How many parts have come of the state with this fingerprint.
+    parts: (String, u64),
 }
 
 /// The heads of all modules.
@@ -41,7 +43,7 @@ impl OwedStates {
     /// Another file begins, or the present one has a hole.
     pub(super) fn begin_file(&mut self) {
         for head in self.0.values_mut() {
-            *head = ModuleHead { attempts: ATTEMPTS, asked: None, first: None };
+            *head = ModuleHead { attempts: ATTEMPTS, ..ModuleHead::default() };
         }
     }
 
@@ -77,20 +79,35 @@ impl OwedStates {
         asked.collect()
     }
 
-    /// A part of a state has come. Can the file be replayed from it?
-    pub(super) fn came(&mut self, topic: &str, stamp: &Stamp) -> bool {
+    /// A part of a state has come. Can the file be replayed from it, once all have? Until then the state is owed: the file must
+    /// not end.
+    pub(super) fn came(
+        &mut self,
+        topic: &str,
+        stamp: &Stamp,
+        part: &StatePart,
+        now: Instant,
+    ) -> bool {
         let Some(head) = key(topic).and_then(|key| self.0.get_mut(&key)) else { return false };
         let at = stamp.run.zip(stamp.step);
         let is_before_a_hole = |((run, step), (first_run, first)): ((u64, u64), (u64, u64))| {
             run == first_run && step.saturating_add(1) < first
         };
         let fits = !at.zip(head.first).is_some_and(is_before_a_hole);
-        if fits {
-            head.attempts = 0;
-        } else {
+        if !fits {
             head.asked = None;
+            return false;
         }
-        fits
+        // The others are on their way.
+        head.asked = Some(now);
+        if head.parts.0 != part.fingerprint {
+            head.parts = (part.fingerprint.clone(), 0);
+        }
+        head.parts.1 += 1;
+        if head.parts.1 >= part.parts {
+            head.attempts = 0;
+        }
+        true
     }
 }
 
@@ -114,27 +131,56 @@ mod tests {
         Stamp { run: Some(run), step: Some(step), ..Stamp::default() }
     }
 
+    fn part(part: u64, parts: u64, text: &str) -> StatePart {
+        StatePart { part, parts, fingerprint: text.to_owned(), ..StatePart::default() }
+    }
+
+    /// A state in one part.
+    fn came(owed: &mut OwedStates, run: u64, step: u64) -> bool {
+        owed.came(INPUT, &at(run, step), &part(0, 1, "whole"), Instant::now())
+    }
+
     #[test]
     fn each_file_gets_a_state_that_its_samples_follow() {
         let module: (StructureName, ModuleName) = ("tower".parse().unwrap(), "m".parse().unwrap());
         let mut owed = OwedStates::default();
         let now = Instant::now();
         assert_eq!(owed.due(now), []);
-        assert!(!owed.came(INPUT, &at(1, 5)), "of no module that was asked");
+        assert!(!came(&mut owed, 1, 5), "of no module that was asked");
         owed.want(module.0.clone(), module.1.clone());
         assert_eq!(owed.due(now), std::slice::from_ref(&module));
         assert_eq!(owed.due(now), [], "the answer may be on its way");
-        assert!(owed.came(INPUT, &at(1, 5)), "nothing is known to follow");
+        assert!(came(&mut owed, 1, 5), "nothing is known to follow");
         assert_eq!(owed.due(now), []);
         owed.begin_file();
         owed.sample(SAMPLE, &at(1, 100));
         owed.sample(SAMPLE, &at(1, 101));
         assert_eq!(owed.due(now), std::slice::from_ref(&module));
-        assert!(!owed.came(INPUT, &at(1, 98)), "sample 99 is in the file before");
+        assert!(!came(&mut owed, 1, 98), "sample 99 is in the file before");
         assert_eq!(owed.due(now), [module]);
         assert!(owed.are_owed());
-        assert!(owed.came(INPUT, &at(1, 99)) && owed.came(INPUT, &at(2, 3)));
+        assert!(came(&mut owed, 1, 99) && came(&mut owed, 2, 3));
         assert_eq!(owed.due(now), []);
+    }
+
+    #[test]
+    fn a_state_is_owed_until_all_its_parts_have_come() {
+        let (mut owed, now) = (OwedStates::default(), Instant::now());
+        owed.want("tower".parse().unwrap(), "m".parse().unwrap());
+        assert_eq!(owed.due(now).len(), 1);
+        let later = now + AGAIN_AFTER;
+        for number in 0..2 {
+            assert!(owed.came(INPUT, &at(1, 5), &part(number, 3, "a"), later));
+            assert!(owed.are_owed(), "after part {number}");
+        }
+        // Its third part was lost.
+        assert_eq!(owed.due(later), [], "the others may be on their way");
+        assert_eq!(owed.due(later + AGAIN_AFTER).len(), 1);
+        for number in 0..3 {
+            assert!(owed.are_owed());
+            assert!(owed.came(INPUT, &at(1, 9), &part(number, 3, "b"), later));
+        }
+        assert!(!owed.are_owed());
     }
 
     #[test]

@@ -171,9 +171,11 @@ impl RecordingThread {
     fn take_state(&mut self, message: ReceivedMessage) {
         let stamp = Stamp::of(&message.payload);
         // Who does not know the question may answer another one.
-        let input = vocabulary::decode::<Input>(&message.payload);
-        let is_state = input.is_ok_and(|input| matches!(input.taken, Taken::State(_)));
-        if is_state && self.states.came(&message.topic, &stamp) {
+        let Ok(Input { taken: Taken::State(part), .. }) = vocabulary::decode(&message.payload)
+        else {
+            return;
+        };
+        if self.states.came(&message.topic, &stamp, &part, Instant::now()) {
             self.record_by(RecordingFiles::write_head, message, stamp);
         }
     }
