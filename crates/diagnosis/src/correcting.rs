@@ -57,9 +57,9 @@ struct Offset {
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 struct Replacement {
     /// From what is now.
-    plain: Weighed,
+    plain: Weighting,
     /// From what has changed since before the onset.
-    held: Weighed,
+    held: Weighting,
     /// `None` if nothing is known of before the onset.
     offset: Option<Offset>,
     /// After so many steps 1/e of an offset is left.
@@ -68,11 +68,11 @@ struct Replacement {
 
 /// A reconstruction and its errors.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
-struct Weighed {
+struct Weighting {
     known: Reconstruction,
     /// Mean square error in the reference \[m²\].
     error_m2: f64,
-    /// Variance due to the noise of what it follows from \[m²\].
+    /// Variance due to the noise of the other values \[m²\].
     noise_m2: f64,
 }
 
@@ -97,7 +97,7 @@ impl Replacement {
         left * left * self.held.error_m2 + (1.0 - left * left) * self.plain.error_m2
     }
 
-    /// Variance due to the noise of what it follows from \[m²\].
+    /// Variance due to the noise of the other values \[m²\].
     fn noise_m2(&self, left: f64) -> f64 {
         left * self.held.noise_m2 + (1.0 - left) * self.plain.noise_m2
     }
@@ -430,7 +430,7 @@ impl Correcting {
         lost: &[bool],
         (with_peers, held): (bool, bool),
         error_m: f64,
-    ) -> Option<Weighed> {
+    ) -> Option<Weighting> {
         let reference = self.reference.as_ref()?;
         let gaussian = if held { &reference.moving } else { &reference.short.means };
         let first_force = reference.gages.len();
@@ -443,7 +443,7 @@ impl Correcting {
         let known = without(&|other| lost[other])?;
         let growth = (known.deviation_m / without(&|_| false)?.deviation_m).max(1.0);
         let noise_m2 = known.noise_m2(&self.noise);
-        Some(Weighed { known, error_m2: (growth * error_m).powi(2), noise_m2 })
+        Some(Weighting { known, error_m2: (growth * error_m).powi(2), noise_m2 })
     }
 
     /// The module's own values over the windows before a step, at their places in the reference; NaN at the others.
