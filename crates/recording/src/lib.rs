@@ -15,6 +15,8 @@
 //! | `reader` | its messages |
 //! | `recovery` | copies the readable part of a damaged file into a finished one |
 
+use std::time::Duration;
+
 mod channels;
 mod divergence;
 mod error;
@@ -36,3 +38,7 @@ pub use recorded::{Recorded, Stamp};
 pub use records::Ending;
 pub use recovery::{Recovered, recover};
 pub use writer::{Metadata, Writer};
+
+/// So long a recorder asks for the state of a process that it has not heard from its start. What was published before that
+/// state cannot be compared, and later it is not asked for.
+pub const STATE_WITHIN: Duration = Duration::from_secs(20);

@@ -9,6 +9,7 @@ use ::replay::{
     Difference, ModuleRecord, ProcessCourse, Replayed, Shortfall, courses, processes_before, replay,
 };
 use diagnosis::messages::Speaker;
+use recording::STATE_WITHIN;
 use serde::Serialize;
 use vocabulary::{FaultTransition, ModuleName, RunId, Step, StructureName};
 
@@ -134,9 +135,6 @@ fn module(record: &ModuleRecord) -> ReplayedModule {
     }
 }
 
-/// A recording has the state of a process after this time at the latest; what is before it is not to be compared \[ns\].
-const LEAD_IN_NS: u64 = 2_000_000_000;
-
 /// The verdicts that the first process remembered, or had published before the recording has its state: they are published
 /// again, and were never to be replayed. So are those of processes that had ended before the recording began.
 struct RememberedVerdicts {
@@ -166,7 +164,7 @@ impl RememberedVerdicts {
     }
 
     fn is_lead_in(&self, time_unix_ns: u64) -> bool {
-        let since = self.before.saturating_sub(LEAD_IN_NS);
+        let since = self.before.saturating_sub(STATE_WITHIN.as_nanos() as u64);
         self.has_lead_in && (since..self.before).contains(&time_unix_ns)
     }
 }

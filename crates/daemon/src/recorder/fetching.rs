@@ -24,9 +24,9 @@ use super::keys::RecordedKeys;
 use super::missing::{Counting, FAULTS, MissingRange, Place};
 use super::queue::{EventQueue, ReceivedMessage, RecorderEvent};
 
-/// Requests that may wait.
-const WAITING: usize = 256;
-/// Requests that are fulfilled at once.
+/// Requests that may be outstanding.
+const OUTSTANDING: usize = 256;
+/// Questions that are put at once.
 const AT_ONCE: usize = 4;
 /// Most messages that are asked for in one question.
 const PIECE: u64 = 1024;
@@ -36,11 +36,12 @@ const PIECES: usize = 64;
 const REPLIES: usize = 65_536;
 /// How long the network waits for replies.
 const WITHIN: Duration = Duration::from_secs(1);
-/// Pauses before the same is asked again: a link that broke is made again within a second or two.
+/// Pauses before the same is asked again: a link that broke is made again within a second or two, and a plant that has
+/// published its last sample waits no longer than that to be asked.
 const PAUSES: Backoff<Duration> =
-    Backoff::new(Duration::from_millis(300), Duration::from_millis(2400));
+    Backoff::new(Duration::from_millis(100), Duration::from_millis(400));
 /// How often the same is asked in vain after the first time.
-const ATTEMPTS: u32 = 4;
+const ATTEMPTS: u32 = 12;
 
 /// What is to be asked for.
 #[derive(Debug)]
@@ -64,14 +65,17 @@ pub(super) struct FetchRequests {
 impl FetchRequests {
     /// With the queue's other end, for [`Fetcher::run`].
     pub(super) fn new() -> (Self, mpsc::Receiver<FetchRequest>) {
-        let (queue, queued) = mpsc::channel(WAITING);
+        let (queue, queued) = mpsc::channel(OUTSTANDING);
         (Self { queue, outstanding: watch::Sender::new(0) }, queued)
     }
 
-    /// False if the queue is full.
+    /// False if too many are outstanding.
     pub(super) fn add(&self, request: FetchRequest) -> bool {
-        self.outstanding.send_modify(|count| *count += 1);
-        let is_taken = self.queue.try_send(request).is_ok();
+        let counted = self.outstanding.send_if_modified(|count| {
+            *count += 1;
+            *count <= OUTSTANDING
+        });
+        let is_taken = counted && self.queue.try_send(request).is_ok();
         if !is_taken {
             self.outstanding.send_modify(|count| *count -= 1);
         }
@@ -90,30 +94,29 @@ impl FetchRequests {
 pub(super) struct Fetcher {
     session: Session,
     queue: EventQueue,
+    /// Of questions, not of requests: one that is asked in vain for seconds holds up no other.
+    at_once: Arc<Semaphore>,
 }
 
 impl Fetcher {
     pub(super) fn new(session: &Session, queue: EventQueue) -> Self {
-        Self { session: session.clone(), queue }
+        Self { session: session.clone(), queue, at_once: Arc::new(Semaphore::new(AT_ONCE)) }
     }
 
-    /// Fulfils requests, some at once.
+    /// Fulfils requests as they come.
     pub(super) async fn run(
         self,
         requests: FetchRequests,
         mut queued: mpsc::Receiver<FetchRequest>,
     ) {
-        let at_once = Arc::new(Semaphore::new(AT_ONCE));
         // All of them end with this.
         let mut tasks = JoinSet::new();
         while let Some(request) = queued.recv().await {
-            let Ok(permit) = Arc::clone(&at_once).acquire_owned().await else { return };
             let fetcher = self.clone();
             let outstanding = requests.outstanding.clone();
             tasks.spawn(async move {
                 fetcher.fulfil(request).await;
                 outstanding.send_modify(|count| *count -= 1);
-                drop(permit);
             });
             while tasks.try_join_next().is_some() {}
         }
@@ -201,6 +204,7 @@ impl Fetcher {
     /// Asks a module's journal for transitions, with what was found of the faults that they declared. Passes them on as
     /// they would have been published; returns the last that came.
     async fn history(&self, gap: &MissingRange, from: u64, to: u64) -> Option<u64> {
+        let _permit = self.at_once.acquire().await;
         let mut replies = self.ask(&selector(gap, from, to)).await;
         let mut last = None;
         while let Some(message) = replies.recv().await {
@@ -252,6 +256,7 @@ impl Fetcher {
         selector: &str,
         event: fn(ReceivedMessage) -> RecorderEvent,
     ) -> (usize, Option<u64>) {
+        let _permit = self.at_once.acquire().await;
         let mut replies = self.ask(selector).await;
         let (mut had, mut last) = (0, None);
         while let Some(message) = replies.recv().await {
