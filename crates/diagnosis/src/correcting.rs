@@ -24,7 +24,8 @@ use crate::event::{Action, Handling};
 use crate::ledger::Ledger;
 use crate::settings::{ModuleSetup, Sampling, shared};
 use crate::state::{
-    Reconstruction, ReconstructionError, ReconstructionNoise, Reference, WindowLength,
+    CHANGE_RIDGE, LEVEL_RIDGE, Reconstruction, ReconstructionError, ReconstructionNoise, Reference,
+    WindowLength,
 };
 
 /// Long windows whose mean gives the offset: the latest that ended this long before the onset \[s\]. A slow fault begins before
@@ -432,13 +433,17 @@ impl Correcting {
         error_m: f64,
     ) -> Option<Weighting> {
         let reference = self.reference.as_ref()?;
-        let gaussian = if held { &reference.moving } else { &reference.short.means };
+        let by = if held {
+            (&reference.moving, CHANGE_RIDGE)
+        } else {
+            (&reference.short.means, LEVEL_RIDGE)
+        };
         let first_force = reference.gages.len();
         let forces = if with_peers { reference.forces.len() } else { self.layout.actuators };
         let without = |is_lost: &dyn Fn(usize) -> bool| {
             let gages = (0..self.layout.gages).filter(|other| *other != gage && !is_lost(*other));
             let from: Vec<usize> = gages.chain(first_force..first_force + forces).collect();
-            Reconstruction::new(gaussian, gage, &from, &self.noise)
+            Reconstruction::new(by, gage, &from, &self.noise)
         };
         let known = without(&|other| lost[other])?;
         let growth = (known.deviation_m / without(&|_| false)?.deviation_m).max(1.0);

@@ -21,7 +21,7 @@ pub(crate) use detector::{Conclusion, Reaction};
 pub(crate) use detectors::Detectors;
 pub use gaussian::Gaussian;
 pub use reconstruction::ReconstructionError;
-pub(crate) use reconstruction::{Reconstruction, ReconstructionNoise};
+pub(crate) use reconstruction::{CHANGE_RIDGE, LEVEL_RIDGE, Reconstruction, ReconstructionNoise};
 pub use reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, ReferenceProblem,
     fingerprint, residual_settings,

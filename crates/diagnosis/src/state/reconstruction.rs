@@ -14,8 +14,10 @@ use super::commissioning::FOLDS;
 use super::gaussian::{Gaussian, SnippetValues};
 use crate::settings::ModuleSetup;
 
-/// ρ.
-const RIDGE: f64 = 3.0;
+/// ρ where values tell the level: weather that the reference does not know moves them as well.
+pub(crate) const LEVEL_RIDGE: f64 = 3.0;
+/// ρ where they tell what has changed: their noise is all that is to be expected.
+pub(crate) const CHANGE_RIDGE: f64 = 1.0;
 /// Short windows of each snippet from which the offset is held: two seconds, as in service.
 const HELD_FROM: usize = 20;
 /// No reconstruction is better \[m\]: it could not be resolved.
@@ -54,15 +56,15 @@ pub(crate) struct Reconstruction {
 }
 
 impl Reconstruction {
-    /// How the value at place `own` follows from those at the places `from`.
+    /// How the value at place `own` follows from those at the places `from`, by their Gaussian and ρ.
     pub(crate) fn new(
-        means: &Gaussian,
+        (means, ridge): (&Gaussian, f64),
         own: usize,
         from: &[usize],
         noise: &ReconstructionNoise,
     ) -> Option<Self> {
         let places: Vec<usize> = std::iter::once(own).chain(from.iter().copied()).collect();
-        let ridge = |place| RIDGE * noise.variance(place);
+        let ridge = |place| ridge * noise.variance(place);
         let (off, deviation_m) = means.regression_on_noisy(&places, 0, ridge)?;
         let weights: Vec<(usize, f64)> =
             places.into_iter().zip(off).skip(1).map(|(place, weight)| (place, -weight)).collect();
@@ -121,8 +123,8 @@ pub(super) fn errors(
             let others = (0..gages).filter(|other| *other != gage);
             for (number, forces) in [own_forces, all_forces].into_iter().enumerate() {
                 let from: Vec<usize> = others.clone().chain(forces.iter().copied()).collect();
-                let [plain, held] = [&means, &moving]
-                    .map(|gaussian| Reconstruction::new(gaussian, gage, &from, noise));
+                let [plain, held] = [(&means, LEVEL_RIDGE), (&moving, CHANGE_RIDGE)]
+                    .map(|by| Reconstruction::new(by, gage, &from, noise));
                 let (plain, held) = (plain?, held?);
                 let off = |known: &Reconstruction, one: &SnippetValues| {
                     one.values[gage] - known.residual_m(|place| one.values[place])
