@@ -12,7 +12,7 @@
 //! the difference is least (a damped pseudo-inverse; Johansen and Fossen, Automatica 49, 2013, section 2.2).
 
 use nalgebra::{DMatrix, DVector};
-use truss::{Direction, Mechanics, Modes, Structure};
+use truss::{Direction, Gage, Mechanics, Member, Modes, Structure};
 
 use crate::error::PlantError;
 use crate::gains;
@@ -30,6 +30,8 @@ pub(crate) struct Design {
     pub(crate) regulator: DMatrix<f64>,
     /// L (states × gages) \[1/m\].
     pub(crate) filter: DMatrix<f64>,
+    /// The members of the gages.
+    gage_members: Vec<Member>,
 }
 
 impl Design {
@@ -58,6 +60,9 @@ impl Design {
         Ok(Self {
             regulator: gains::regulator(&model, parameters.controller.effort_weight)?,
             filter: gains::filter(&model, &power, &variances, parameters.step_s)?,
+            gage_members: gages(structure)
+                .map(|gage| structure.gage_member(gage).clone())
+                .collect(),
             model,
         })
     }
@@ -105,8 +110,11 @@ pub(crate) fn beside(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> 
 
 /// Length of the member of each gage, all modules in order \[m\].
 pub(crate) fn gage_lengths_m(structure: &Structure) -> Vec<f64> {
-    let gages = structure.modules.iter().flat_map(|module| &module.gages);
-    gages.map(|gage| structure.gage_length_m(gage)).collect()
+    gages(structure).map(|gage| structure.gage_length_m(gage)).collect()
+}
+
+fn gages(structure: &Structure) -> impl Iterator<Item = &Gage> {
+    structure.modules.iter().flat_map(|module| &module.gages)
 }
 
 /// Two-sided power density of each level's gust force at a frequency \[Hz\] \[N²/Hz\].
@@ -154,26 +162,48 @@ impl ColumnMatrix {
     }
 }
 
-/// Time constant of an innovation's mean, about which it is limited \[s\].
-const MEAN_S: f64 = 0.5;
+/// Time constant of the means about which innovations are limited \[s\].
+const MEAN_S: f64 = 1.0;
 /// From when on innovations are limited: the filter has found its state \[s\].
 const LIMITED_FROM_S: f64 = 2.0;
 
-/// Limits innovations about their running means: a wrong reading moves the estimate no more than a small disturbance does.
+/// Limits innovations about their running means: a wrong reading moves the estimate no more than a small disturbance does,
+/// and the less the further off it is (a redescending M-estimator; Huber and Ronchetti, Robust Statistics, 2nd ed., 4.8).
+///
+/// A few modes do not tell what a cylinder does to the members beside it. While one pushes F beyond its demand, the limit is
+/// wider by what that force does to the gage's member alone, F L/(E A).
 #[derive(Debug, Clone)]
-pub(crate) struct InnovationLimit {
-    largest_m: Vec<f64>,
-    means_m: Vec<f64>,
+struct InnovationLimit {
+    gages: Vec<GageLimit>,
+    /// How far each cylinder pushes beyond its demand, in the mean \[N\].
+    excess_means_n: Vec<f64>,
+    /// The largest departure from these means.
+    excess_n: f64,
     share: f64,
     steps_left: u64,
 }
 
+/// The limit of a gage \[m\].
+#[derive(Debug, Clone)]
+struct GageLimit {
+    /// While all cylinders follow their demands.
+    least: f64,
+    /// L/(E A) \[m/N\].
+    compliance: f64,
+    mean: f64,
+}
+
 impl InnovationLimit {
-    /// Innovations of gages on members of these lengths may be this far from their means.
-    pub(crate) fn new(largest_strain: f64, lengths_m: &[f64], step_s: f64) -> Self {
+    fn new(largest_strain: f64, members: &[Member], actuators: usize, step_s: f64) -> Self {
+        let gage = |member: &Member| GageLimit {
+            least: largest_strain * member.length_m,
+            compliance: member.length_m / (member.effective_young_pa() * member.area_m2),
+            mean: 0.0,
+        };
         Self {
-            largest_m: lengths_m.iter().map(|length_m| largest_strain * length_m).collect(),
-            means_m: vec![0.0; lengths_m.len()],
+            gages: members.iter().map(gage).collect(),
+            excess_means_n: vec![0.0; actuators],
+            excess_n: 0.0,
             share: (step_s / MEAN_S).min(1.0),
             steps_left: (LIMITED_FROM_S / step_s).round() as u64,
         }
@@ -182,12 +212,33 @@ impl InnovationLimit {
     fn apply(&mut self, innovation_m: &mut [f64]) {
         let is_limited = self.steps_left == 0;
         self.steps_left = self.steps_left.saturating_sub(1);
-        let limits = self.means_m.iter_mut().zip(&self.largest_m);
-        for (innovation, (mean, largest)) in innovation_m.iter_mut().zip(limits) {
+        for (gage, innovation) in self.gages.iter_mut().zip(innovation_m) {
             if is_limited {
-                *innovation = *mean + (*innovation - *mean).clamp(-largest, *largest);
+                *innovation = gage.limited(*innovation, self.excess_n);
             }
-            *mean += self.share * (*innovation - *mean);
+            gage.mean += self.share * (*innovation - gage.mean);
+        }
+    }
+
+    /// Takes the forces and demands of a step.
+    fn follow(&mut self, forces_n: &[f64], demands_n: &[f64]) {
+        self.excess_n = 0.0;
+        let excesses = forces_n.iter().zip(demands_n).map(|(force, demand)| force - demand);
+        for (mean, excess) in self.excess_means_n.iter_mut().zip(excesses) {
+            self.excess_n = self.excess_n.max((excess - *mean).abs());
+            *mean += self.share * (excess - *mean);
+        }
+    }
+}
+
+impl GageLimit {
+    fn limited(&self, innovation: f64, excess_n: f64) -> f64 {
+        let off = innovation - self.mean;
+        let largest = self.least + self.compliance * excess_n;
+        if off.abs() > largest {
+            self.mean + (largest * (largest / off.abs()).sqrt()).copysign(off)
+        } else {
+            innovation
         }
     }
 }
@@ -325,6 +376,8 @@ pub(crate) struct Controller {
     state: Vec<f64>,
     innovation: Vec<f64>,
     limit: Option<InnovationLimit>,
+    gage_members: Vec<Member>,
+    step_s: f64,
     energy_map: DMatrix<f64>,
     reallocation: Option<Reallocation>,
     blend: Blend,
@@ -351,6 +404,8 @@ impl Controller {
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],
             limit: None,
+            gage_members: design.gage_members.clone(),
+            step_s,
             energy_map: design.model.energy_map.clone(),
             reallocation: None,
             blend: Blend {
@@ -366,9 +421,11 @@ impl Controller {
         }
     }
 
-    /// Limits innovations from now on, or no longer.
-    pub(crate) fn limit_innovations(&mut self, limit: Option<InnovationLimit>) {
-        self.limit = limit;
+    /// From now on, what a gage reads may differ by so much from what is expected, or by any amount.
+    pub(crate) fn limit_innovations(&mut self, largest_strain: Option<f64>) {
+        let actuators = self.previous_forces_n.len();
+        self.limit = largest_strain
+            .map(|strain| InnovationLimit::new(strain, &self.gage_members, actuators, self.step_s));
     }
 
     /// Which cylinders are lost from now on. Demands follow smoothly.
@@ -395,8 +452,11 @@ impl Controller {
             reallocation.apply(forces_n, demands_n);
         }
         self.blend.end(self.reallocation.as_mut(), demands_n);
-        for demand in demands_n {
+        for demand in demands_n.iter_mut() {
             *demand = demand.clamp(-self.demand_limit_n, self.demand_limit_n);
+        }
+        if let Some(limit) = &mut self.limit {
+            limit.follow(forces_n, demands_n);
         }
     }
 
@@ -584,6 +644,27 @@ mod tests {
         assert!(step(&fresh, 2520) > 0.8 * end, "{}", step(&fresh, 2520));
         let steps = (2520..3500).map(|at| step(&old, at)).fold(0.0, f64::max);
         assert!(steps < 0.01 * end, "{steps}");
+    }
+
+    #[test]
+    fn what_a_reading_says_counts_less_the_further_off_it_is_unless_a_cylinder_follows_no_demand() {
+        let structure = Structure::from_toml(TOWER).unwrap();
+        let member = structure.gage_member(&structure.modules[0].gages[0]);
+        let limited = |innovation: f64, force_n: f64| {
+            let member = Member { length_m: 1.0, ..member.clone() };
+            let mut limit = InnovationLimit::new(1e-6, &[member], 2, 1e-3);
+            for _ in 0..=limit.steps_left {
+                limit.apply(&mut [0.0]);
+            }
+            limit.follow(&[force_n, 0.0], &[0.0, 0.0]);
+            let mut innovation = [innovation];
+            limit.apply(&mut innovation);
+            innovation[0]
+        };
+        assert_eq!(limited(-1e-6, 0.0), -1e-6);
+        assert!((limited(-4e-6, 0.0) + 0.5e-6).abs() < 1e-15);
+        assert!((limited(100e-6, 0.0) - 0.1e-6).abs() < 1e-15);
+        assert_eq!(limited(100e-6, -77e3), 100e-6);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use truss::{Direction, ModalStepper, Modes, Structure};
 use vocabulary::fault::Fault;
 
 use crate::contact::Contact;
-use crate::controller::{Controller, Design, InnovationLimit, beside, gage_lengths_m};
+use crate::controller::{Controller, Design, beside, gage_lengths_m};
 use crate::error::PlantError;
 use crate::gage::{GageState, Gages};
 use crate::hydraulics::{ActuatorState, HydraulicParameters, Hydraulics, Spool};
@@ -221,9 +221,7 @@ impl PlantPart {
 
     /// Limits what a reading may differ from its prediction.
     pub(crate) fn limit_innovations(&mut self, largest_strain: Option<f64>) {
-        let limit = largest_strain
-            .map(|strain| InnovationLimit::new(strain, &self.gage_lengths_m, self.step_s));
-        self.controller.limit_innovations(limit);
+        self.controller.limit_innovations(largest_strain);
     }
 
     /// Shuts a cylinder off, or puts it back.
