@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::tower;
 use serde_json::json;
 use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
+use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::journal::{self, CampaignHeader, CampaignJournal};
 use study::limits::{LimitCampaign, LimitDetector, LimitQuestion, SizedKind};
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
@@ -41,6 +42,16 @@ fn limits() -> LimitCampaign {
     };
     let questions = [1.0, 20.0].map(question).to_vec();
     LimitCampaign { questions, ..LimitCampaign::new(vec![tower::system(0.0, 7)], 1, 3, true) }
+}
+
+fn identifications() -> IdentificationCampaign {
+    IdentificationCampaign {
+        system: tower::system(0.1, 8),
+        of: IdentificationCases::default(),
+        without: None,
+        plants: 1,
+        cases: 3,
+    }
 }
 
 fn header(campaign: &impl Campaign, shard: Option<Shard>) -> CampaignHeader {
@@ -101,6 +112,14 @@ fn histories_are_the_same_in_one_run_in_shards_and_after_a_kill() {
 #[test]
 fn limits_are_the_same_in_one_run_in_shards_and_after_a_kill() {
     is_the_same_however_it_is_run(&limits());
+}
+
+/// Its plants are commissioned first, which two jobs share.
+#[test]
+fn identifications_are_the_same_with_one_job_and_with_two() {
+    let campaign = identifications();
+    let rows = |jobs| serde_json::to_string(&tower::rows(&campaign, 0..3, jobs)).unwrap();
+    assert_eq!(rows(1), rows(2));
 }
 
 #[test]
