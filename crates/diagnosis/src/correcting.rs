@@ -39,6 +39,10 @@ const FRESH_S: f64 = 0.05;
 /// Two-sided 95 % of the standard normal distribution.
 const NORMAL_95: f64 = 1.96;
 
+/// Time constant of the means that tell what has changed slowly \[s\]: as long as a snippet, in which the reference has seen how
+/// values move about their mean.
+const SLOW_S: f64 = 6.0;
+
 /// So many of the latest short windows tell how large the error is; at first, the reference counts as so many.
 const LATEST_WINDOWS: f64 = 20.0;
 const REFERENCE_WINDOWS: f64 = 5.0;
@@ -59,7 +63,7 @@ struct Offset {
 struct Replacement {
     /// From what is now.
     plain: Weighting,
-    /// From what has changed since before the onset.
+    /// From how values move about their slow means.
     held: Weighting,
     /// `None` if nothing is known of before the onset.
     offset: Option<Offset>,
@@ -84,11 +88,17 @@ impl Replacement {
         self.offset.map_or(0.0, left)
     }
 
-    /// What the residual should be \[m\].
-    fn residual_m(&self, left: f64, value: impl Fn(usize) -> f64) -> f64 {
+    /// What the residual should be, of values and their slow means \[m\].
+    fn residual_m(
+        &self,
+        left: f64,
+        value: impl Fn(usize) -> f64,
+        slow: impl Fn(usize) -> f64,
+    ) -> f64 {
         let plain_m = self.plain.known.residual_m(&value);
         self.offset.map_or(plain_m, |offset| {
-            let held_m = self.held.known.residual_m(&value) + offset.value_m;
+            let moved_m = self.held.known.residual_m(&value) - self.held.known.residual_m(&slow);
+            let held_m = self.plain.known.residual_m(&slow) + offset.value_m + moved_m;
             left * held_m + (1.0 - left) * plain_m
         })
     }
@@ -109,14 +119,14 @@ impl Replacement {
         let value = |place: usize| values[place];
         let (was_m, since) = match former {
             Some(former) => (
-                former.residual_m(former.left(*onset), value),
+                former.residual_m(former.left(*onset), value, value),
                 former.offset.map(|offset| offset.since),
             ),
             None => (values[gage], Some(*onset)),
         };
         self.offset = since.map(|since| Offset { value_m: 0.0, since });
         let left = self.left(*onset);
-        let missing_m = (was_m - self.residual_m(left, value)) / left;
+        let missing_m = (was_m - self.residual_m(left, value, value)) / left;
         self.offset = since
             .filter(|_| missing_m.is_finite())
             .map(|since| Offset { value_m: missing_m, since });
@@ -234,6 +244,8 @@ pub(crate) struct Correcting {
     /// By gage, if any is lost and this one can be reconstructed.
     replacements: Vec<Option<Replacements>>,
     before: Option<Before>,
+    /// Slow means of the reference's values since then; NaN where nothing is known of before.
+    slow: Vec<f64>,
     /// The variance of the healthy gages' errors over that of the reference, and from how many short windows it is known.
     error_ratio: f64,
     windows: f64,
@@ -257,6 +269,7 @@ impl Correcting {
             lost: vec![false; layout.gages],
             replacements: vec![None; layout.gages],
             before: None,
+            slow: Vec::new(),
             error_ratio: 1.0,
             windows: REFERENCE_WINDOWS,
             noted: None,
@@ -347,6 +360,7 @@ impl Correcting {
             }
         }
         let Some(before) = &mut self.before else { return };
+        self.slow.clone_from(&before.values);
         before.former = former.into_iter().map(|former| Some(former?.with_peers)).collect();
         let peers = self.reference.iter().flat_map(|reference| reference.peers());
         for peer in peers {
@@ -393,6 +407,8 @@ impl Correcting {
             }
             place += forces;
         }
+        let peers = first + self.layout.actuators;
+        self.slow[peers..].copy_from_slice(&before.values[peers..]);
         let replacements = self.replacements.iter_mut().zip(&before.former).enumerate();
         for (gage, (replacements, former)) in replacements {
             let Some(replacements) = replacements else { continue };
@@ -499,7 +515,7 @@ impl Correcting {
             let replacement = self.replacements[gage].as_ref()?.best(self.hears_all(window.until));
             let value = |place: usize| self.value(place, &gages, &forces, &self.peers.means_n);
             let left = replacement.left(window.until);
-            let error_m = gages[gage] - replacement.residual_m(left, value);
+            let error_m = gages[gage] - replacement.residual_m(left, value, self.slow_mean());
             error_m.is_finite().then(|| error_m * error_m / replacement.error_m2(left))
         });
         let (sum, count) =
@@ -508,6 +524,20 @@ impl Correcting {
             self.windows = (self.windows + 1.0).min(LATEST_WINDOWS);
             self.error_ratio += (sum / count - self.error_ratio) / self.windows;
         }
+        let share = (WindowLength::Short.seconds() / SLOW_S).min(1.0);
+        let mut slow = std::mem::take(&mut self.slow);
+        for (place, slow) in slow.iter_mut().enumerate() {
+            let off = self.value(place, &gages, &forces, &self.peers.means_n) - *slow;
+            if off.is_finite() {
+                *slow += share * off;
+            }
+        }
+        self.slow = slow;
+    }
+
+    /// The slow mean of a value.
+    fn slow_mean(&self) -> impl Fn(usize) -> f64 {
+        |place| self.slow.get(place).copied().unwrap_or(f64::NAN)
     }
 
     /// Writes what each gage reads, or should.
@@ -570,14 +600,17 @@ impl Correcting {
         };
         let left = replacement.left(now);
         let error_m2 = ratio * replacement.error_m2(left) + replacement.noise_m2(left);
-        let reading_m = channels.modelled_m()?[gage] + replacement.residual_m(left, value);
+        let reading_m =
+            channels.modelled_m()?[gage] + replacement.residual_m(left, value, self.slow_mean());
         Some((reading_m, NORMAL_95 * error_m2.sqrt()))
     }
 
     /// A value of the reference, of these residuals and forces.
     fn value(&self, place: usize, residuals_m: &[f64], own_n: &[f64], peers_n: &[f64]) -> f64 {
         let gages = self.reference.as_ref().map_or(0, |reference| reference.gages.len());
-        let Some(force) = place.checked_sub(gages) else { return residuals_m[place] };
+        let Some(force) = place.checked_sub(gages) else {
+            return residuals_m.get(place).copied().unwrap_or(f64::NAN);
+        };
         let force_n = match force.checked_sub(own_n.len()) {
             None => own_n.get(force),
             Some(of_peers) => peers_n.get(of_peers),

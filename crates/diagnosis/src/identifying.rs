@@ -20,7 +20,7 @@ use crate::verdict::Transition;
 use vocabulary::{Condition, Symptom};
 
 /// After the onset \[s\]; then every second.
-const STAGES_S: [f64; 5] = [0.01, 0.02, 0.05, 0.2, 1.0];
+const STAGES_S: [f64; 6] = [0.007, 0.01, 0.02, 0.05, 0.2, 1.0];
 /// What counts step by step before and after the onset \[s\].
 const BEFORE_S: f64 = 1.5;
 const AFTER_S: f64 = 2.0;

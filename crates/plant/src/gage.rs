@@ -168,6 +168,11 @@ impl Gages {
         }
     }
 
+    /// What a healthy gage multiplies an elongation by.
+    pub(crate) fn gain(&self, gage: usize) -> f64 {
+        self.gages[gage].gain
+    }
+
     /// Turns true elongations into readings, in place \[m\].
     pub(crate) fn read(&mut self, elongations_m: &mut [f64]) {
         for (gage, elongation) in self.gages.iter_mut().zip(elongations_m) {

@@ -219,6 +219,11 @@ impl PlantPart {
         self.buffers.replaced_m[gage] = elongation_m;
     }
 
+    /// What a gage multiplies an elongation by while it is healthy.
+    pub(crate) fn gage_gain(&self, gage: usize) -> f64 {
+        self.gages.gain(gage)
+    }
+
     /// Limits what a reading may differ from its prediction.
     pub(crate) fn limit_innovations(&mut self, largest_strain: Option<f64>) {
         self.controller.limit_innovations(largest_strain);

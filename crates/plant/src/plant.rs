@@ -170,6 +170,19 @@ impl Plant {
         Ok(())
     }
 
+    /// What a gage multiplies an elongation by while it is healthy: 1 but for the gain errors of
+    /// [`GageParameters`](crate::GageParameters).
+    ///
+    /// # Errors
+    /// No such gage.
+    pub fn gage_gain(&self, gage: &ComponentPath) -> Result<f64, InjectError> {
+        let place = self.injections.place(gage)?;
+        Ok(match (place.slot, self.parts.get(place.part)) {
+            (Slot::Gage(gage), Some(part)) => part.gage_gain(gage),
+            _ => 1.0,
+        })
+    }
+
     /// Shuts a cylinder off, whatever its fault, or puts it back: both chambers are emptied into the tank; effective from the
     /// next [`Plant::advance`].
     ///

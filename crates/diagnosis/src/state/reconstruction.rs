@@ -5,8 +5,9 @@
 //! covariance S of the reference's short windows and the variances N of the noise, which windows even out and samples do
 //! not (ridge regression; Hoerl and Kennard, Technometrics 12, 1970).
 //!
-//! If r and x are known of before the onset, r̂ = r₀ + w·(x − x₀): what has changed since follows better from how values move
-//! within snippets than from how snippets differ. S is then that about the snippets' means.
+//! If r and x are known of before the onset, as r₀ and x₀, then r̂ = r₀ + w·(x̄ − x₀) + v·(x − x̄) with slow means x̄: what
+//! moves about them follows better from how values move within snippets, by which v is computed, than from how snippets
+//! differ, and the other way round for what has changed slowly.
 
 use serde::{Deserialize, Serialize};
 

@@ -22,7 +22,7 @@ const LARGEST_INNOVATION: f64 = 3e-6;
 pub struct CorrectedError {
     /// Root mean square of the error as strain.
     pub rms_strain: f64,
-    /// The share of its steps in which the true elongation was within its interval.
+    /// The share of its steps in which what it should have read was within its interval.
     pub covered: f64,
     /// Half the interval's width on average, as strain.
     pub half_width_strain: f64,
@@ -106,7 +106,7 @@ impl ToleranceRow {
             if measure.limits() {
                 rig.limit_innovations(LARGEST_INNOVATION);
             }
-            let mut watcher = Watcher::new(&rig, fault.component.clone());
+            let mut watcher = Watcher::new(&rig, &fault.component);
             let mut watch = |rig: &Rig, _: &[RigEvent]| {
                 watcher.take(rig);
                 Ok(())
@@ -238,6 +238,8 @@ impl Cylinders {
 struct Watcher {
     module: usize,
     gage: usize,
+    /// What it multiplies an elongation by while it is healthy: nobody can know of that error.
+    gain: f64,
     steps: f64,
     squares_m2: f64,
     covered: f64,
@@ -269,7 +271,7 @@ impl Switch {
 }
 
 impl Watcher {
-    fn new(rig: &Rig, component: ComponentPath) -> Self {
+    fn new(rig: &Rig, component: &ComponentPath) -> Self {
         let places = rig.diagnosers().iter().position(|one| *one.module() == component.module);
         let module = places.unwrap_or_default();
         let gages = rig.diagnosers()[module].components().iter();
@@ -278,6 +280,7 @@ impl Watcher {
         Self {
             module,
             gage,
+            gain: rig.plant().gage_gain(component).unwrap_or(1.0),
             steps: 0.0,
             squares_m2: 0.0,
             covered: 0.0,
@@ -318,7 +321,7 @@ impl Watcher {
         let Some((reading_m, (low_m, high_m))) = entry(&readings.elongations_m).zip(ends) else {
             return;
         };
-        let true_m = signals.modules[self.module].true_elongations_m[self.gage];
+        let true_m = self.gain * signals.modules[self.module].true_elongations_m[self.gage];
         self.steps += 1.0;
         self.squares_m2 += (reading_m - true_m).powi(2);
         self.covered += f64::from(u8::from((low_m..=high_m).contains(&true_m)));

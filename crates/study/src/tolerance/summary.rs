@@ -229,7 +229,7 @@ impl ToleranceSummary {
             situations.chain(gages).collect(),
         )
         .with_note(
-            "Error against the true elongation. covered: within the 95 % interval. Gages: faults that begin in service.",
+            "Error against what the gage would read without fault and noise. covered: within the 95 % interval. Gages: faults that begin in service.",
         );
         let step = |(measure, spread): (&Measure, &Spread)| {
             let at_return =
