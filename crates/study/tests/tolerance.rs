@@ -174,6 +174,36 @@ fn no_offset_is_held_from_windows_that_depart() {
     }
 }
 
+/// Temperatures move gages otherwise than wind does.
+#[test]
+fn a_reading_holds_for_minutes_in_which_the_weather_changes() {
+    let (site, setups) = &*PLANT;
+    for (seed, place) in [(3, 6), (4, 5)] {
+        let component = format!("module1/sensor/g{}", place + 1).parse().unwrap();
+        let fault = TimedFault { at: ONSET, until: None, component, fault: Fault::ZeroOutput {} };
+        let plant = site.plant(seed).unwrap();
+        let mut rig = Rig::new(plant, setups.clone(), vec![fault], RunId(5)).unwrap();
+        rig.correct(0);
+        rig.run(ONSET.0 + 240_000).unwrap();
+        let (mut squares, mut covered) = (0.0, 0);
+        const STEPS: u32 = 60_000;
+        for _ in 0..STEPS {
+            rig.step().unwrap();
+            let readings = rig.corrected(0).unwrap();
+            let [reading_m, low_m, high_m] =
+                [&readings.elongations_m, &readings.low_m, &readings.high_m]
+                    .map(|all| all[place].unwrap());
+            let truth_m = rig.plant().signals().modules[0].true_elongations_m[place];
+            squares += (reading_m - truth_m).powi(2);
+            covered += u32::from((low_m..=high_m).contains(&truth_m));
+        }
+        let rms_m = (squares / f64::from(STEPS)).sqrt();
+        let share = f64::from(covered) / f64::from(STEPS);
+        println!("g{}: {rms_m} m, {share}", place + 1);
+        assert!(rms_m < 15e-6 && share > 0.8, "{seed}: {rms_m} m, {share}");
+    }
+}
+
 /// A cylinder leaks so much, and so much more each second; when its leak is said to be as wide as its valve, minute by
 /// minute \[s\].
 fn leak(begins_m2: f64, per_s_m2: f64, minutes: u64) -> Vec<Option<f64>> {
