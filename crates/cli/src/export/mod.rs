@@ -99,7 +99,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     let records: Vec<Arc<ModuleRecord>> = reading.records.into_iter().map(Arc::new).collect();
     let mut written = Vec::new();
     for (form, directory) in arguments.places.each() {
-        written.extend(write_all(form, directory, &records, arguments)?);
+        let columns =
+            MoreColumns { residuals: arguments.residuals, corrected: arguments.corrected };
+        written.extend(write_all(form, directory, &records, columns)?);
     }
     let mut out = output::stdout();
     for (file, rows) in written {
@@ -109,12 +111,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     problems
 }
 
+/// Writes what each gage reads, or should have read, as tables in a directory.
+pub(crate) fn write_corrected(directory: &Path, records: Vec<ModuleRecord>) -> Result<(), Failure> {
+    let records: Vec<Arc<ModuleRecord>> = records.into_iter().map(Arc::new).collect();
+    let columns = MoreColumns { residuals: false, corrected: true };
+    write_all(TableFormat::Csv, directory, &records, columns).map(drop)
+}
+
+/// Columns besides what was published.
+#[derive(Debug, Clone, Copy)]
+struct MoreColumns {
+    residuals: bool,
+    corrected: bool,
+}
+
 /// Writes the files; returns their paths and numbers of rows.
 fn write_all(
     form: TableFormat,
     directory: &Path,
     records: &[Arc<ModuleRecord>],
-    arguments: &Arguments,
+    columns: MoreColumns,
 ) -> Result<Vec<(PathBuf, usize)>, Failure> {
     fs::create_dir_all(directory).map_err(|error| Failure::unwritable(directory, error))?;
     let structures: BTreeSet<_> = records.iter().map(|record| &record.structure).collect();
@@ -126,8 +142,8 @@ fn write_all(
         };
         for (run, count) in record.runs() {
             let file = directory.join(format!("{prefix}-run-{run}.{}", form.extension()));
-            let mut rows = rows(record, run, arguments.residuals)?;
-            if arguments.corrected {
+            let mut rows = rows(record, run, columns.residuals)?;
+            if columns.corrected {
                 rows = rows.with_corrected().map_err(|shortfall| {
                     Failure::input(format!(
                         "no corrected readings of `{}`: {shortfall}",

@@ -13,6 +13,7 @@ use std::time::Instant;
 use daemon::config::load_diagnoser;
 use vocabulary::ModuleName;
 
+use crate::export::write_corrected;
 use crate::failure::Failure;
 use crate::output;
 use crate::table::WidthArguments;
@@ -35,6 +36,10 @@ pub(crate) struct Arguments {
     /// Only these modules
     #[arg(long = "module", value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     modules: Vec<ModuleName>,
+    /// Write what each gage reads at every step, or should have read from the verdict on it on, to tables in this directory,
+    /// as `trusswatch export --corrected` does
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["publish", "SettingsArguments"])]
+    corrected: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -138,6 +143,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     write!(out, "{}", replayed.written(arguments.verify, arguments.json, width)?)?;
     out.flush()?;
     replayed.outcome(arguments.verify)?;
-    reading.complete()?;
+    let is_complete = reading.complete();
+    if let Some(directory) = &arguments.corrected {
+        write_corrected(directory, reading.records)?;
+    }
+    is_complete?;
     if arguments.verify { replayed.complete() } else { Ok(()) }
 }

@@ -88,6 +88,11 @@ fn what_a_gage_should_have_read_stands_beside_what_it_read() {
     for [_, corrected, low, high] in [before, after] {
         assert!(low < corrected && corrected < high, "{low} {corrected} {high}");
     }
+    let replayed = directory.path().join("replayed").display().to_string();
+    run(&["replay", &file, "--corrected", &replayed]).succeeds();
+    let table = |of: &str| std::fs::read(format!("{of}/module1-run-7.csv")).unwrap();
+    assert!(table(&replayed) == table(&tables), "other tables of `replay` than of `export`");
+    run(&["replay", &file, "--corrected", &replayed, "--rule", "paper"]).fails(2, &["--rule"]);
 }
 
 #[test]
