@@ -238,7 +238,7 @@ impl Cylinders {
 struct Watcher {
     module: usize,
     gage: usize,
-    /// What it multiplies an elongation by while it is healthy: nobody can know of that error.
+    /// What it multiplies an elongation by while it is healthy: a diagnoser cannot know that error.
     gain: f64,
     steps: f64,
     squares_m2: f64,
