@@ -5,8 +5,8 @@ use clap::{CommandFactory, Parser, Subcommand};
 use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, demo, detect, export, fault, faults, follow,
-    generate, health, history, import, inject, join, learn, model, new, order, record, replay,
-    replicate, router, schema, stroke, study, watch, web,
+    generate, health, history, import, inject, join, learn, model, new, notify, order, record,
+    replay, replicate, router, schema, stroke, study, watch, web,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -37,6 +37,7 @@ pub(crate) enum TopCommand {
     Router(router::Arguments),
     Record(Box<record::Arguments>),
     Web(Box<web::Arguments>),
+    Notify(Box<notify::Arguments>),
     Check(check::Arguments),
     Model(model::Arguments),
     New(new::Arguments),
@@ -66,7 +67,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         "Operate",
         &[
             "faults", "fault", "follow", "watch", "web", "ack", "reset", "history", "health",
-            "router", "record",
+            "router", "record", "notify",
         ],
     ),
     ("Configure", &["new", "check", "model", "pki", "join", "replicate", "schema", "completions"]),

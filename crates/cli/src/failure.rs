@@ -117,6 +117,12 @@ impl Failure {
 }
 
 /// Errors in configurations.
+impl From<tables::TableError> for Failure {
+    fn from(error: tables::TableError) -> Failure {
+        Failure::input(error.to_string())
+    }
+}
+
 impl From<ConfigErrors> for Failure {
     fn from(errors: ConfigErrors) -> Failure {
         Failure::inputs(errors.0.iter().map(ToString::to_string).collect())

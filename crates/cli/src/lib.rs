@@ -9,7 +9,6 @@ mod check;
 mod command_line;
 mod commission;
 mod context;
-mod csv_rows;
 mod demo;
 mod detect;
 #[cfg(test)]
@@ -29,6 +28,7 @@ mod learn;
 mod link;
 mod model;
 mod new;
+mod notify;
 mod order;
 mod output;
 mod paint;
@@ -96,6 +96,7 @@ pub fn run() -> ExitCode {
         TopCommand::Join(arguments) => join::run(&arguments),
         TopCommand::Record(arguments) => record::run(&arguments),
         TopCommand::Web(arguments) => web::run(&arguments),
+        TopCommand::Notify(arguments) => notify::run(&arguments),
         TopCommand::Router(arguments) => return router::run(arguments),
     };
     match done {

@@ -19,7 +19,7 @@ use crate::metrics::Metrics;
 use crate::observed::Observed;
 use crate::part::Streams;
 use crate::{
-    access, assets, component, events, history, metrics, module, orders, overview, stream,
+    access, assets, component, events, history, metrics, module, orders, overview, stream, wall,
 };
 
 /// The state shared by all request handlers.
@@ -55,6 +55,7 @@ fn pages(app: Shared) -> Router {
     Router::new()
         .route("/", get(overview::page))
         .route("/component/{module}/{kind}/{name}", get(component::page))
+        .route("/wall", get(wall::page))
         .route("/module/{name}", get(module::page))
         .route("/history", get(history::page))
         .route("/events", get(events::page))

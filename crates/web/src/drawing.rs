@@ -12,28 +12,50 @@ use crate::view::LinkedScene;
 /// The layout of a structure.
 #[derive(Debug)]
 pub(crate) struct LinkedDrawing {
-    structure: StructureName,
+    structure: Structure,
     plan: StructurePlan,
 }
 
 impl LinkedDrawing {
     pub(crate) fn of(structure: &Structure) -> Self {
-        Self { structure: structure.name.clone(), plan: StructurePlan::of(structure) }
+        Self { structure: structure.clone(), plan: StructurePlan::of(structure) }
     }
 
     /// Whether the drawing shows this structure.
     pub(crate) fn is_of(&self, structure: &StructureName) -> bool {
-        self.structure == *structure
+        self.structure.name == *structure
     }
 
     /// The drawing; only the signs change over time.
     pub(crate) fn markup(&self, view: &LinkedScene<'_>) -> Markup {
-        let name = &self.structure;
+        let name = &self.structure.name;
         html! {
             svg.drawing viewBox=(self.plan.view_box()) role="group" aria-label={ "Drawing of " (name) } {
                 g.ground aria-hidden="true" { (PreEscaped(self.plan.ground())) }
                 g #signs { (self.signs(view)) }
             }
+        }
+    }
+
+    /// The surroundings of a component, enlarged, with the words that somebody needs who goes there; nothing if it is not
+    /// drawn.
+    pub(crate) fn place(
+        &self,
+        view: &LinkedScene<'_>,
+        structure: Option<&StructureName>,
+        component: &ComponentPath,
+    ) -> Markup {
+        let is_drawn = structure.is_some_and(|name| self.is_of(name));
+        let around = self.plan.view_box_around(component).filter(|_| is_drawn);
+        let words = self.structure.place_of(component).filter(|_| is_drawn);
+        html! {
+            @if let Some(around) = around {
+                svg.near viewBox=(around) role="img" aria-label={ "Where " (component) " is" } {
+                    g.ground aria-hidden="true" { (PreEscaped(self.plan.ground())) }
+                    g aria-hidden="true" inert { (self.signs(view)) }
+                }
+            }
+            @if let Some(words) = words { p.where { (words.to_string()) } }
         }
     }
 
@@ -43,8 +65,8 @@ impl LinkedDrawing {
     }
 
     fn sign(&self, view: &LinkedScene<'_>, component: &ComponentPath) -> SignLook {
-        let href = view.component(Some(&self.structure), component);
-        match view.scene.component(Some(&self.structure), component) {
+        let href = view.component(Some(&self.structure.name), component);
+        match view.scene.component(Some(&self.structure.name), component) {
             // No module diagnoses the component, or no state has arrived yet.
             None => SignLook {
                 class: "absent".to_owned(),

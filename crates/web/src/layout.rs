@@ -21,8 +21,8 @@ pub(crate) struct Page<'a> {
     pub(crate) scene: &'a Scene,
 }
 
-const PLACES: [(&str, &str); 3] =
-    [("/", "Overview"), ("/events", "Events"), ("/history", "History")];
+const PLACES: [(&str, &str); 4] =
+    [("/", "Overview"), ("/events", "Events"), ("/history", "History"), ("/wall", "Wall")];
 
 impl Page<'_> {
     /// Wraps this main part into a page.

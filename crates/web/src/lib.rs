@@ -44,6 +44,7 @@ mod testing;
 #[cfg(test)]
 mod tests;
 mod view;
+mod wall;
 
 pub use access::{LinkError, NoRandomness, PersonName, PersonNameError, VALID, one_time_link};
 pub use listener::{ListenError, PageAccess, PageAddress, PageAddressError};

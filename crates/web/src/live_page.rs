@@ -8,6 +8,7 @@ use vocabulary::{ComponentPath, ModuleName, StructureName};
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(crate) enum LivePage {
     Overview,
+    Wall,
     Events,
     Module(ModuleId),
     Component(ComponentId),
@@ -36,6 +37,7 @@ impl PageParameters {
         let of = self.of.as_deref().unwrap_or_default();
         match self.page.as_str() {
             "overview" => Ok(LivePage::Overview),
+            "wall" => Ok(LivePage::Wall),
             "events" => Ok(LivePage::Events),
             "module" => {
                 let name: ModuleName = of.parse().map_err(|error| format!("of: {error}"))?;
@@ -49,7 +51,7 @@ impl PageParameters {
                 let known = known.ok_or_else(|| format!("no component `{name}` is known"))?;
                 Ok(LivePage::Component(ComponentId::of(known)))
             }
-            _ => Err("page: use `overview`, `events`, `module` or `component`".to_owned()),
+            _ => Err("page: use `overview`, `wall`, `events`, `module` or `component`".to_owned()),
         }
     }
 }
@@ -60,6 +62,7 @@ impl LivePage {
         // Names consist of characters that need no escaping in a URL.
         match self {
             LivePage::Overview => "page=overview".to_owned(),
+            LivePage::Wall => "page=wall".to_owned(),
             LivePage::Events => "page=events".to_owned(),
             LivePage::Module(ModuleId { structure: None, module }) => {
                 format!("page=module&of={module}")

@@ -3,8 +3,8 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use crate::csv_rows::TableFlags;
 use crate::failure::Failure;
+use tables::TableFlags;
 
 /// Factor on the largest divergence, if nothing else is asked for.
 const USUAL_MARGIN: f64 = 2.5;

@@ -8,9 +8,9 @@ use vocabulary::ComponentPath;
 
 use super::columns::ChannelColumns;
 use super::{NominalData, origin};
-use crate::csv_rows::{CsvRows, TableFlags};
 use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
+use tables::{CsvRows, TableFlags};
 
 pub(super) fn read(
     files: &[PathBuf],

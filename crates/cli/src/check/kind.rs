@@ -14,6 +14,8 @@ pub(crate) enum FileKind {
     Reference,
     Learned,
     Schedule,
+    /// Recipients of messages to people.
+    Notify,
     /// The parameters of a plant alone.
     Parameters,
     Zenoh,
@@ -37,7 +39,7 @@ impl FileKind {
                            no `module`, a diagnoser `module` and `structure`, thresholds \
                            `thresholds` and `provenance`, a reference `cylinder_threshold` and `cylinders`, a \
                            learned module `change_threshold`, a schedule `faults`, parameters of a \
-                           plant `plant`";
+                           plant `plant`, recipients of messages `webhook`, `alertmanager`, `ntfy` or `mail`";
             (None, problem.to_owned())
         })
     }
@@ -62,6 +64,9 @@ impl FileKind {
             Some(FileKind::Schedule)
         } else if is_table("plant") {
             Some(FileKind::Parameters)
+        } else if ["webhook", "alertmanager", "ntfy", "mail", "escalate_after"].into_iter().any(has)
+        {
+            Some(FileKind::Notify)
         } else {
             None
         }

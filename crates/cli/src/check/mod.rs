@@ -62,6 +62,9 @@ fn check(file: &Path) -> Result<String, ConfigErrors> {
         FileKind::Schedule => {
             Ok(format!("schedule of {} faults", load_schedule(file)?.faults.len()))
         }
+        FileKind::Notify => {
+            Ok(format!("{} recipients of messages", ::notify::Notify::read(file)?.recipients.len()))
+        }
         FileKind::Parameters => parameters(file),
         FileKind::Zenoh => zenoh_settings::check_settings(file),
     }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use study::commissioning::FALSE_ALARMS_PER_HOUR;
 
-use crate::csv_rows::TableFlags;
 use crate::failure::Failure;
+use tables::TableFlags;
 
 /// How long a snippet may be \[s\]: what a stroke may take.
 const SECONDS: [f64; 2] = [2.0, 600.0];

@@ -7,9 +7,9 @@ use diagnosis::state::{Snippet, WindowMeans};
 use study::commissioning::WindowCollector;
 
 use super::columns::SignalColumns;
-use crate::csv_rows::{CsvRows, TableFlags};
 use crate::export::{NamedTable, tables_of_run};
 use crate::failure::Failure;
+use tables::{CsvRows, TableFlags};
 
 /// What a recording is called.
 pub(super) fn label(directory: &Path) -> String {

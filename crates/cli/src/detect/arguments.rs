@@ -8,7 +8,7 @@ use diagnosis::divergence::{
     DivergenceSettings, Interval, MAX_INTERVAL, MAX_LAG, MAX_WINDOW, SettingsError,
 };
 
-use crate::csv_rows::TableFlags;
+use tables::TableFlags;
 
 /// Run the change detector on your own numbers
 ///

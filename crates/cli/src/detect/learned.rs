@@ -16,12 +16,12 @@ use vocabulary::fault::FaultKind;
 use super::arguments::Arguments;
 use super::picture::Picture;
 use crate::check::kind::FileKind;
-use crate::csv_rows::CsvRows;
 use crate::export::number;
 use crate::failure::Failure;
 use crate::learn;
 use crate::output;
 use crate::table::{table, terminal_width};
+use tables::CsvRows;
 
 /// Rows by which the sampling rate is known.
 const ROWS_FOR_RATE: usize = 200;

@@ -12,10 +12,10 @@ use std::path::Path;
 
 use diagnosis::detector::TableDetector;
 
-use crate::csv_rows::CsvRows;
 use crate::export::{NamedTable, RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 use crate::output;
+use tables::CsvRows;
 
 pub(crate) use arguments::Arguments;
 use channels::{DetectionPlan, ModuleChannels};

@@ -4,7 +4,7 @@ mod report;
 #[cfg(test)]
 pub(crate) mod testing;
 
-use observer::{ModuleView, Scene, all_is_well, structures};
+use observer::{ModuleView, Scene, alarms, all_is_well, structures};
 use serde::Serialize;
 use serde_json::{Value, json};
 use session::client::present;
@@ -19,8 +19,8 @@ use crate::table::WidthArguments;
 
 /// Show present faults and the condition of every module
 ///
-/// Queries every diagnoser for the state of its components and shows those that are not normal or whose alarm is
-/// shelved or suppressed, with operator, reason and end. Components that their module does not monitor, for instance
+/// Queries every diagnoser for the state of its components and shows a row for each incident: a fault with its effects
+/// and with what cannot be compared since then. Shelved and suppressed alarms have operator, reason and end. Components that their module does not monitor, for instance
 /// because samples are missing, are unknown. A module that is expected, or that another module names as its peer, is
 /// shown as not answering if it does not answer; the states of its components are then unknown. Several structures are
 /// listed in a table, the most urgent first; a structure in which all is well has no further output.
@@ -69,8 +69,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The JSON document: the structures, most urgent first; all modules; and components that are not normal, or whose
-/// alarm is shelved or suppressed, or all components.
+/// The JSON document: the structures, most urgent first; a row for each incident; all modules; and components that are not
+/// normal, or whose alarm is shelved or suppressed, or all components.
 fn document(scene: &Scene, all: bool) -> Value {
     let is_shown = |component: &&FaultTransition| {
         all || component.state() != FaultState::Normal || component.aside().is_some()
@@ -84,6 +84,7 @@ fn document(scene: &Scene, all: bool) -> Value {
         "time": utc(scene.time_unix_ns),
         "all_is_well": all_is_well(scene),
         "structures": structures(scene),
+        "incidents": alarms(&scene.modules),
         "modules": scene.modules.iter().map(module).collect::<Vec<_>>(),
         "components": components,
         "problems": scene.problems,

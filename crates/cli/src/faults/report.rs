@@ -122,7 +122,7 @@ fn state_table(rows: &[StateRow]) -> Painted {
         table.add_row([
             row.name(),
             row.state.clone(),
-            if_any(&row.kind),
+            if_any(&row.what()),
             step(measured.onset_step),
             step(measured.decided_step),
             or_nothing(row.since_unix_ns.map(utc)),

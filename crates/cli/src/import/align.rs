@@ -1,8 +1,8 @@
 //! Tables of several rates on one step: a value is held until its table's next row is due, and never over a gap.
 
-use crate::csv_rows::{CsvRows, TableFlags};
 use crate::failure::Failure;
 use crate::learn;
+use tables::{CsvRows, TableFlags};
 
 use super::map::{Source, TableMap};
 

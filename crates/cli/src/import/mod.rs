@@ -12,13 +12,13 @@ use recording::{Recorded, Writer};
 use vocabulary::words::utc;
 use vocabulary::{Sample, Step, Topic, encode};
 
-use crate::csv_rows::{CsvRows, TableFlags};
 use crate::export::{RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 use crate::learn;
 use crate::output;
 use align::{LoggerTable, check_correlation, offset_s};
 use map::{ImportMap, Source, proposal};
+use tables::{CsvRows, TableFlags};
 
 /// Make a recording (MCAP) of the tables of any loggers
 ///
@@ -68,7 +68,7 @@ fn open(file: &Path, columns: Option<&[String]>, flags: &TableFlags) -> Result<C
         true => RecordedTables::readings(file, flags.run)?,
         false => open_csv(file)?,
     };
-    CsvRows::open(input, name, flags, |_| Ok(None))
+    Ok(CsvRows::open(input, name, flags, |_| Ok(None))?)
 }
 
 fn propose(arguments: &Arguments) -> Result<(), Failure> {
@@ -163,6 +163,11 @@ fn import(arguments: &Arguments, out: &Path) -> Result<(), Failure> {
     if let Some((_, is_zoned)) = dated {
         let zone = if is_zoned { "" } else { "; its times name no zone and are taken for UTC" };
         told += &format!("it begins at {}{zone}\n", utc(start_unix_ns));
+    } else if map.start_unix_ns.is_none() {
+        let (map, begins) = (arguments.map.display(), utc(start_unix_ns));
+        told += &format!(
+            "no time has a date: it begins at {begins}; give `start` in {map} if that matters\n"
+        );
     }
     let values = (0..steps).map(|k| align::sample(&tables, &places, begins + k as f64 * step_s));
     let missing = write(&map, out, (step_s, start_unix_ns), values)?;

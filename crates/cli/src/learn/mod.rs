@@ -8,11 +8,11 @@ use diagnosis::state::learned::{
 };
 use vocabulary::Signal;
 
-use crate::csv_rows::{CsvRows, RowTimes, TableFlags};
 use crate::export::{RecordedTables, is_recording, open_csv};
 use crate::failure::Failure;
 use crate::output;
 use crate::table::{table, terminal_width};
+use tables::{CsvRows, RowTimes, TableFlags};
 
 /// Most rows that may be missing in a row.
 const LONGEST_GAP: u64 = 1_000_000;

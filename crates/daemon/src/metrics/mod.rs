@@ -174,6 +174,13 @@ mod tests {
             let labels = format!("{{{own},component=\"{component}\"}}");
             assert_eq!(value(&text, &format!("trusswatch_component_faulty{labels}")), faulty);
         }
+        for (component, acknowledged) in
+            [("actuator/a1", 0.0), ("sensor/g1", 1.0), ("sensor/g2", 0.0)]
+        {
+            let sample =
+                format!("trusswatch_component_acknowledged{{{own},component=\"{component}\"}}");
+            assert_eq!(value(&text, &sample), acknowledged, "{component}");
+        }
         let ratio = format!("trusswatch_divergence_ratio{{{own},component=\"actuator/a1\"}}");
         assert_eq!(value(&text, &ratio), 422.5);
         let undefined = format!("trusswatch_divergence_ratio{{{own},component=\"sensor/g2\"}}");

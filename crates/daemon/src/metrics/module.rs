@@ -145,6 +145,12 @@ fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fm
     });
     let help = "1 for a component that is considered faulty.";
     sheet.gauges("trusswatch_component_faulty", help, "component", faulty)?;
+    let acknowledged = components.iter().map(|component| {
+        let is_acknowledged = component.state == FaultState::Acknowledged;
+        (component.component.to_string().into(), u64::from(is_acknowledged))
+    });
+    let help = "1 for a component whose fault an operator has acknowledged.";
+    sheet.gauges("trusswatch_component_acknowledged", help, "component", acknowledged)?;
     let ratios = components.iter().filter_map(|component| {
         let ratio = component.ratio.filter(|ratio| ratio.is_finite())?;
         Some((component.component.to_string().into(), ratio))

@@ -7,7 +7,7 @@ mod projection;
 mod symbols;
 
 use svg::Document;
-use svg::node::element::{Group, Polygon, Rectangle};
+use svg::node::element::{Circle, Group, Polygon, Rectangle};
 use truss::{Actuator, Member, Module, Node, Structure};
 use vocabulary::{Component, ComponentKind, ComponentPath};
 
@@ -32,9 +32,22 @@ const ACTUATOR_OFFSET: f64 = 17.0;
 /// Distance of an actuator's name from its line [px].
 const NAME_OFFSET: f64 = 19.0;
 
+/// Radius of the ring around a component [px].
+const RING: f64 = 30.0;
+
 /// Draws the structure as an SVG document: text to be written to a file.
 #[must_use]
 pub fn drawing(structure: &Structure) -> String {
+    document(structure, None)
+}
+
+/// The same, with a ring around one component.
+#[must_use]
+pub fn drawing_of_one(structure: &Structure, component: &ComponentPath) -> String {
+    document(structure, Some(component))
+}
+
+fn document(structure: &Structure, marked: Option<&ComponentPath>) -> String {
     let corner = PagePoint { x: LEFT, y: HEADING };
     let projection = Projection::fit(structure, corner);
     let [figure_width, figure_height] = projection.size;
@@ -42,7 +55,8 @@ pub fn drawing(structure: &Structure) -> String {
     let width = legend_at.x + legend::WIDTH + MARGIN;
     let height = HEADING + figure_height.max(legend::HEIGHT) + FOOT;
     let drawing = StructureDrawing { structure, projection };
-    Document::new()
+    let ring = marked.and_then(|component| drawing.ring(component));
+    let document = Document::new()
         .set("viewBox", (0, 0, width.ceil(), height.ceil()))
         .set("width", width.ceil())
         .set("height", height.ceil())
@@ -57,8 +71,8 @@ pub fn drawing(structure: &Structure) -> String {
             PagePoint { x: LEFT, y: HEADING + figure_height + 78.0 },
             legend_at.offset(40.0, legend::HEIGHT + 10.0),
             &drawing.projection,
-        ))
-        .to_string()
+        ));
+    ring.into_iter().fold(document, Document::add).to_string()
 }
 
 struct StructureDrawing<'a> {
@@ -74,6 +88,19 @@ impl StructureDrawing<'_> {
 
     fn points(&self, ends: [usize; 2]) -> [PagePoint; 2] {
         ends.map(|end| self.projection.point(self.node(end).position_m))
+    }
+
+    /// A ring around a component, if the structure has it.
+    fn ring(&self, component: &ComponentPath) -> Option<Circle> {
+        let place = self.places().into_iter().find(|place| place.component == *component)?;
+        let ring = Circle::new()
+            .set("cx", tenths(place.at.x))
+            .set("cy", tenths(place.at.y))
+            .set("r", RING)
+            .set("fill", "none")
+            .set("stroke", "#c4161c")
+            .set("stroke-width", 5);
+        Some(ring)
     }
 
     fn nearness(&self, member: &Member) -> f64 {

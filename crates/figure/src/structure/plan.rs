@@ -17,6 +17,9 @@ const BELOW: f64 = 44.0;
 /// Size of the badge on a component \[px\].
 const BADGE: f64 = 21.0;
 
+/// What is shown around a component \[px\].
+const AROUND: f64 = 95.0;
+
 /// The style of a component.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SignLook {
@@ -72,6 +75,14 @@ impl StructurePlan {
     /// The components, in drawing order.
     pub fn components(&self) -> impl Iterator<Item = &ComponentPath> {
         self.places.iter().map(|place| &place.component)
+    }
+
+    /// The `viewBox` of the surroundings of a component, if the structure has it.
+    #[must_use]
+    pub fn view_box_around(&self, component: &ComponentPath) -> Option<String> {
+        let PagePoint { x, y } = self.places.iter().find(|place| place.component == *component)?.at;
+        let corner = [x - AROUND, y - AROUND].map(tenths);
+        Some(format!("{} {} {} {}", corner[0], corner[1], 2.0 * AROUND, 2.0 * AROUND))
     }
 
     /// A link for each component, with its sign, name and badge: SVG text to be placed in an `svg` element. Names and

@@ -30,7 +30,8 @@ impl StateRow {
             since_unix_ns: since(state),
             kind: identification(state).map(identified).unwrap_or_default(),
             why: present_reason(state),
-            unknown: Vec::new(),
+            groups: Vec::new(),
+            incident: incident(state),
             measured: measured(state),
         }
     }
@@ -42,6 +43,20 @@ fn since(state: &FaultTransition) -> Option<u64> {
     let of_state = Some(state.since_unix_ns).filter(|since| state.sequence > 0 && *since > 0);
     let unknown = state.unknown.as_ref().filter(|_| state.state() == FaultState::Unknown);
     unknown.map_or(of_state, |unknown| Some(unknown.since_unix_ns))
+}
+
+/// The number of the incident that a fault or a possible fault is.
+fn incident(state: &FaultTransition) -> Option<String> {
+    if !state.state().is_fault() && state.state() != FaultState::Unconfirmed {
+        return None;
+    }
+    let (structure, component) = (&state.structure, &state.component);
+    let detected = state.run.zip(state.detection_step.or(state.onset_step));
+    Some(match detected {
+        Some((run, step)) => format!("{structure}/{component}@{run}-{step}"),
+        // A person declared it.
+        None => format!("{structure}/{component}@{}", state.since_unix_ns / 1_000_000),
+    })
 }
 
 /// What kind of fault a component has, if it has one that was identified.

@@ -7,7 +7,7 @@
 //! | `scene` | the model at one moment: modules, components, the latest events |
 //! | `component`, `module` | a component and a module as every view shows them |
 //! | `id` | identifies a component or a module |
-//! | `row`, `alarms` | ranks alarms, and decides whether all is well |
+//! | `row`, `alarms` | ranks alarms, brings together what belongs to one incident, and decides whether all is well |
 //! | `line` | an event, or an entry of a journal, on one line |
 //! | `journal` | merged journals with their gaps |
 //! | `order` | a command and its outcome |
@@ -36,6 +36,6 @@ pub use line::{EventLine, sign};
 pub use module::{JournalHealth, ModuleView};
 pub use news::{News, ObservedEvent};
 pub use order::{OrderOutcome, OrderRequest, QueryError, order_subject};
-pub use row::{DetectionFacts, StateRow, Urgency};
+pub use row::{Belonging, DetectionFacts, RowGroup, StateRow, Urgency};
 pub use scene::{NetworkState, Scene, in_a_sentence};
 pub use structures::Structures;

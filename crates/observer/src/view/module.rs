@@ -11,7 +11,7 @@ use vocabulary::{
 use super::component::{self, Counts};
 use super::id::ModuleId;
 use super::line::sign;
-use super::row::{DetectionFacts, StateRow, Urgency};
+use super::row::{Belonging, DetectionFacts, RowGroup, StateRow, Urgency};
 
 /// Why a module cannot be heard although nothing is wrong with it.
 const CUT_OFF: &str = "this view is cut off from the network";
@@ -277,17 +277,32 @@ impl ModuleView {
             (false, false) => change.filter(|_| self.answers()),
         };
         let unknown = self.components.iter().filter(|state| self.covers(state));
-        let unknown: Vec<_> = unknown.map(|state| state.component.clone()).collect();
-        let kind = match (self.components.len(), unknown.len()) {
+        let components: Vec<_> = unknown.map(|state| state.component.clone()).collect();
+        let unknown = RowGroup { belonging: Belonging::NotMonitored, components };
+        let kind = match (self.components.len(), unknown.components.len()) {
             (0, _) => "its components are unknown".to_owned(),
             (_, 0) => String::new(),
-            (_, 1) => "1 component unknown".to_owned(),
-            (_, unknown) => format!("{unknown} components unknown"),
+            _ => unknown.words(),
         };
         let words =
             [self.remarks(), journal.map_or_else(String::new, |words| format!("journal: {words}"))];
         let words: Vec<String> = words.into_iter().filter(|words| !words.is_empty()).collect();
         Some(StateRow {
+            is_set_aside: is_maintained,
+            since_unix_ns: since,
+            kind,
+            why: words.join("; "),
+            groups: Some(unknown)
+                .filter(|group| !group.components.is_empty())
+                .into_iter()
+                .collect(),
+            ..self.row_of(urgency, tone)
+        })
+    }
+
+    /// A row about the module, without details.
+    pub(super) fn row_of(&self, urgency: Urgency, tone: Tone) -> StateRow {
+        StateRow {
             structure: self.structure.clone(),
             module: self.module.clone(),
             component: None,
@@ -295,14 +310,15 @@ impl ModuleView {
             tone,
             sign: sign(tone),
             state: self.condition().to_owned(),
-            is_set_aside: is_maintained,
+            is_set_aside: false,
             is_covered: false,
-            since_unix_ns: since,
-            kind,
-            why: words.join("; "),
-            unknown,
+            since_unix_ns: None,
+            kind: String::new(),
+            why: String::new(),
+            groups: Vec::new(),
+            incident: None,
             measured: DetectionFacts::default(),
-        })
+        }
     }
 
     /// Whether this component is unknown because the module is out of service.

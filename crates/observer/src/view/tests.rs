@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use vocabulary::words::Tone;
 use vocabulary::{
-    FaultState, FaultTransition, JournalStatus, ModulePhase, OrderKind, StructureName, Unknown,
+    Condition, FaultState, FaultTransition, JournalStatus, ModulePhase, Obstacle, OrderKind, RunId,
+    Step, StructureName, Unknown, Verdict,
 };
 
 use super::*;
@@ -178,7 +179,7 @@ fn an_unreliable_module_stands_between_faults_and_doubts_and_for_its_unknown_com
     assert_eq!(listed(&modules), expected);
     let row = &alarms(&modules)[3];
     assert_eq!((row.state.as_str(), row.kind.as_str()), ("NOT ANSWERING", "1 component unknown"));
-    assert_eq!(row.unknown, ["m2/sensor/g1".parse().unwrap()]);
+    assert_eq!(row.groups[0].components, ["m2/sensor/g1".parse().unwrap()]);
     assert_eq!(rows(&modules).len(), 9, "all of them");
     faulty.components = vec![state("m1/sensor/g1", FaultState::Unknown)];
     assert_eq!(listed(&[faulty]), ["m1/sensor/g1"], "its module is not the reason");
@@ -429,4 +430,104 @@ fn the_outcome_of_a_command_says_whether_anything_was_changed() {
     assert_eq!(words(unanswered), expected);
     let not_sent = OrderOutcome::not_sent("the network is not connected");
     assert_eq!(words(not_sent), "m1/sensor/g1: the network is not connected; no command was sent");
+}
+
+/// Its change is explained by another component's fault.
+fn explained(component: &str, by: &str) -> FaultTransition {
+    let (by, since) = (by.parse().unwrap(), Step(17));
+    FaultTransition {
+        verdict: Verdict::Explained { by, since },
+        ..state(component, FaultState::Normal)
+    }
+}
+
+/// It cannot be compared with its reference since then.
+fn incomparable(component: &str, obstacle: Obstacle, since_unix_ns: u64) -> FaultTransition {
+    let condition = Condition::CannotTell { obstacle };
+    let unknown = Unknown { since_unix_ns, reason: condition.reason().unwrap() };
+    let state = state(component, FaultState::Normal).while_unknown(unknown);
+    FaultTransition { condition: Some(condition), ..state }
+}
+
+fn latched_at(component: &str, step: u64, since_unix_ns: u64) -> FaultTransition {
+    FaultTransition {
+        run: Some(RunId(4)),
+        detection_step: Some(Step(step)),
+        since_unix_ns,
+        ..state(component, FaultState::Latched)
+    }
+}
+
+/// The rows of alarms: name, incident and what belongs to it.
+fn incidents(modules: &[ModuleView]) -> Vec<(String, Option<String>, String)> {
+    let row = |row: StateRow| (row.name(), row.incident.clone(), row.what());
+    alarms(modules).into_iter().map(row).collect()
+}
+
+#[test]
+fn a_fault_with_its_effects_and_what_cannot_be_compared_since_then_is_one_incident() {
+    let force = || Obstacle::UnseenForce("m2/actuator/a3".parse().unwrap());
+    let modules = [
+        in_service(vec![
+            latched_at("m1/actuator/a1", 17, 5 * SECOND),
+            explained("m1/sensor/g1", "m1/actuator/a1"),
+            incomparable("m1/sensor/g2", force(), 6 * SECOND),
+        ]),
+        module(
+            "m2",
+            ModulePhase::InService,
+            vec![
+                // Over another effect.
+                explained("m2/sensor/g1", "m1/sensor/g1"),
+                incomparable("m2/sensor/g2", force(), 6 * SECOND),
+                incomparable("m2/sensor/g3", Obstacle::Swinging, 4 * SECOND),
+                explained("m2/sensor/g4", "m2/sensor/g9"),
+            ],
+        ),
+    ];
+    let words = "2 effects: m1/sensor/g1, m2/sensor/g1; 2 components not comparable: the force of m2/actuator/a3 is beyond what was seen during commissioning";
+    let number = Some("tower/m1/actuator/a1@4-17".to_owned());
+    let swings = "1 component not comparable: the structure swings more than during commissioning";
+    let expected = [
+        ("m1/actuator/a1".to_owned(), number.clone(), words.to_owned()),
+        ("m2".to_owned(), None, swings.to_owned()),
+        ("m2/sensor/g4".to_owned(), None, String::new()),
+    ];
+    assert_eq!(incidents(&modules), expected);
+    // Nothing is lost: every component has its row in the list of all.
+    assert_eq!(rows(&modules).iter().filter(|row| row.component.is_some()).count(), 7);
+    // An acknowledged fault keeps its number and what belongs to it.
+    let mut later = modules;
+    later[0].components[0].verdict = Verdict::Acknowledged;
+    assert_eq!(incidents(&later)[1], ("m1/actuator/a1".to_owned(), number, words.to_owned()));
+}
+
+#[test]
+fn without_a_fault_what_cannot_be_compared_for_one_reason_is_one_row_of_its_module() {
+    let gages = ["m1/sensor/g1", "m1/sensor/g2", "m1/sensor/g3"];
+    let gages = gages.map(|gage| incomparable(gage, Obstacle::NoSetFits, 3 * SECOND));
+    let modules = [in_service(gages.to_vec())];
+    let [row] = &alarms(&modules)[..] else { panic!("{:?}", alarms(&modules)) };
+    assert_eq!(
+        (row.name(), row.urgency, row.since_unix_ns),
+        ("m1".to_owned(), Urgency::Unknown, Some(3 * SECOND))
+    );
+    assert_eq!(row.groups[0].components.len(), 3);
+    assert!(!is_well(modules.to_vec()));
+}
+
+#[test]
+fn of_several_candidates_the_likeliest_stands_for_all() {
+    let names = ["m1/sensor/g1", "m1/sensor/g2"];
+    let components: Vec<_> = names.iter().rev().map(|name| name.parse().unwrap()).collect();
+    let one_of = |name: &&str| {
+        let condition = Condition::OneOf { as_of: Step(9), components: components.clone() };
+        let unknown = Unknown { since_unix_ns: SECOND, reason: condition.reason().unwrap() };
+        let state = state(name, FaultState::Normal).while_unknown(unknown);
+        FaultTransition { condition: Some(condition), ..state }
+    };
+    let modules = [in_service(names.iter().map(one_of).collect())];
+    let expected =
+        [("m1/sensor/g2".to_owned(), None, "or one of 1 other: m1/sensor/g1".to_owned())];
+    assert_eq!(incidents(&modules), expected);
 }

@@ -27,7 +27,7 @@ fn admits(filter: &str, text: &str) -> bool {
 
 fn text(row: &StateRow) -> String {
     let structure = row.structure.as_ref().map_or("", |name| name.as_str());
-    format!("{structure} {} {} {} {}", row.name(), row.state, row.kind, row.why)
+    format!("{structure} {} {} {} {}", row.name(), row.state, row.what(), row.why)
 }
 
 #[cfg(test)]

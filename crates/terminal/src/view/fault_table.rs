@@ -88,7 +88,7 @@ fn cells_of(row: &StateRow, now_unix_ns: u64) -> [String; 6] {
         row.name(),
         row.state.clone(),
         row.since_unix_ns.map_or_else(String::new, |since| age(since, now_unix_ns)),
-        row.kind.clone(),
+        row.what(),
         row.why.clone(),
     ]
 }

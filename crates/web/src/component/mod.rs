@@ -64,10 +64,14 @@ pub(crate) async fn page(
         viewer: &viewer,
         scene: &scene,
     };
-    page.respond(&main(&shown, &viewer))
+    let place = app
+        .drawing
+        .as_ref()
+        .map(|drawing| drawing.place(&view, Some(&transition.structure), &transition.component));
+    page.respond(&main(&shown, &viewer, place.as_ref()))
 }
 
-fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {
+fn main(shown: &Shown<'_>, viewer: &Viewer, place: Option<&Markup>) -> Markup {
     let FaultTransition { component, structure, module, .. } = shown.transition;
     let parts = shown.parts();
     let slot = |id: &'static str| {
@@ -82,6 +86,7 @@ fn main(shown: &Shown<'_>, viewer: &Viewer) -> Markup {
         h1 { (component) }
         (slot("facts"))
         (forms::of_component(viewer, shown.transition, &shown.view.component(Some(structure), component)))
+        @if let Some(place) = place { section.place { h2 { "Where it is" } (place) } }
         section { h2 { "What explains what" } (slot("trail")) }
         section { h2 { "Around the onset" } (slot("frame")) }
         section { h2 { "Residual and divergence, as published" } (slot("plot")) }

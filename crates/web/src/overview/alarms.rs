@@ -1,7 +1,8 @@
 //! Alarms by urgency.
 
 use maud::{Markup, html};
-use observer::{StateRow, alarms};
+use observer::{Belonging, StateRow, alarms};
+use vocabulary::ComponentPath;
 
 use crate::look;
 use crate::view::LinkedScene;
@@ -50,15 +51,21 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
                 }
             }
             @if !row.why.is_empty() { p.why { (row.why) } }
-            @if !row.unknown.is_empty() {
+            @for group in &row.groups {
                 p.those {
-                    @for path in &row.unknown {
-                        a href=(view.component(row.structure.as_ref(), path)) { (path.component.name()) } " "
+                    @if group.belonging != Belonging::NotMonitored { (group.heading()) ": " }
+                    @for path in &group.components {
+                        a href=(view.component(row.structure.as_ref(), path)) { (short(row, path)) } " "
                     }
                 }
             }
         }
     }
+}
+
+/// A component's name, with its module if that is another one than the row's.
+fn short(row: &StateRow, path: &ComponentPath) -> String {
+    if path.module == row.module { path.component.name().to_owned() } else { path.to_string() }
 }
 
 /// The link to the page of a component or a module.

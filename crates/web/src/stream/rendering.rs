@@ -12,7 +12,7 @@ use crate::component::ComponentWatch;
 use crate::live_page::LivePage;
 use crate::part::{PagePart, Parts, part};
 use crate::view::LinkedScene;
-use crate::{events, layout, module, overview};
+use crate::{events, layout, module, overview, wall};
 
 /// Shortest interval between renderings, which users still perceive as immediate.
 const PAUSE: Duration = Duration::from_millis(150);
@@ -69,13 +69,14 @@ fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -
     let view = LinkedScene::new(&scene);
     let mut parts = match (page, watch) {
         (LivePage::Overview, _) => overview::parts(&view, app.drawing.as_ref()),
+        (LivePage::Wall, _) => wall::parts(&view, app.drawing.as_ref()),
         (LivePage::Events, _) => events::parts(&view),
         (LivePage::Module(id), _) => module::parts(&view, id),
         (LivePage::Component(_), Some(watch)) => watch.parts(&view),
         (LivePage::Component(_), None) => Vec::new(),
     };
     let title = match page {
-        LivePage::Overview => Some(scene.summary()),
+        LivePage::Overview | LivePage::Wall => Some(scene.summary()),
         LivePage::Events => Some(events::TITLE.to_owned()),
         LivePage::Module(id) => Some(module::title(id)),
         LivePage::Component(id) => scene.state_of(id).map(observer::title),

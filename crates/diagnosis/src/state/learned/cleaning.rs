@@ -209,7 +209,7 @@ fn judge(windows: &[Vec<f64>], complete: &[bool], kept: &[bool]) -> Option<Refit
 fn robust(residuals: &[f64]) -> (f64, f64) {
     let centre = median(&mut residuals.to_vec());
     let mut off: Vec<f64> = residuals.iter().map(|residual| (residual - centre).abs()).collect();
-    // Sorts them.
+    off.sort_unstable_by(f64::total_cmp);
     let spread = median(&mut off);
     off.truncate(((1.0 - MOST_DROPPED) * off.len() as f64).ceil() as usize);
     let deviation = (off.iter().map(|x| x * x).sum::<f64>() / off.len().max(1) as f64).sqrt();

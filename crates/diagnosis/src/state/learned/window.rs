@@ -9,15 +9,22 @@ pub(super) fn samples_per_window(step_s: f64, window_s: f64) -> usize {
 
 /// The median of a window's samples; NaN if fewer than half of them are numbers. Reorders them.
 pub(super) fn median(samples: &mut [f64]) -> f64 {
-    samples.sort_unstable_by(f64::total_cmp);
-    // Positive NaNs are sorted behind all numbers, negative ones before them.
-    let first = samples.iter().position(|x| x.is_finite()).unwrap_or(samples.len());
-    let finite = samples[first..].iter().take_while(|x| x.is_finite()).count();
+    let mut finite = 0;
+    for place in 0..samples.len() {
+        if samples[place].is_finite() {
+            samples.swap(finite, place);
+            finite += 1;
+        }
+    }
     if finite == 0 || 2 * finite < samples.len() {
         return f64::NAN;
     }
-    let (low, high) = (first + (finite - 1) / 2, first + finite / 2);
-    f64::midpoint(samples[low], samples[high])
+    let (below, upper, _) = samples[..finite].select_nth_unstable_by(finite / 2, f64::total_cmp);
+    if finite % 2 == 1 {
+        return *upper;
+    }
+    let lower = below.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    f64::midpoint(lower, *upper)
 }
 
 /// Medians of the windows of a channel, the last one only if it is whole.

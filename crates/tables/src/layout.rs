@@ -18,14 +18,14 @@ const UNITS: &str = "s ms us ns h min hh:mm:ss TS ts RN - V mV uV A mA N kN MN N
 
 /// How a table is laid out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Layout {
-    pub(super) delimiter: u8,
+pub(crate) struct Layout {
+    pub(crate) delimiter: u8,
     /// None while no number has told.
-    pub(super) mark: Option<DecimalMark>,
+    pub(crate) mark: Option<DecimalMark>,
     /// Index of the header's line.
-    pub(super) header: usize,
+    pub(crate) header: usize,
     /// Index of the first row's line.
-    pub(super) rows: usize,
+    pub(crate) rows: usize,
 }
 
 /// What a line is as a row.
@@ -85,18 +85,18 @@ fn fields(line: &[u8], delimiter: u8) -> ByteRecord {
 }
 
 /// The delimiters that are in question.
-pub(super) fn delimiters(flags: &TableFlags) -> &[u8] {
+pub(crate) fn delimiters(flags: &TableFlags) -> &[u8] {
     flags.delimiter.as_ref().map_or(&DELIMITERS, std::slice::from_ref)
 }
 
 /// The delimiter under which a line has most fields.
-pub(super) fn usual_delimiter(line: &[u8], flags: &TableFlags) -> u8 {
+pub(crate) fn usual_delimiter(line: &[u8], flags: &TableFlags) -> u8 {
     let candidates = delimiters(flags).iter().rev();
     candidates.copied().max_by_key(|&delimiter| fields(line, delimiter).len()).unwrap_or(b',')
 }
 
 /// The layout, if the last of these lines, the first of a table, is its first row of numbers.
-pub(super) fn find(head: &[Vec<u8>], flags: &TableFlags) -> Option<Layout> {
+pub(crate) fn find(head: &[Vec<u8>], flags: &TableFlags) -> Option<Layout> {
     let (last, above) = head.split_last()?;
     let mut best: Option<(usize, Layout)> = None;
     for &delimiter in delimiters(flags) {
@@ -154,17 +154,17 @@ fn campbell_header(above: &[Vec<u8>]) -> Option<usize> {
     (logger + 1 < above.len()).then_some(logger + 1)
 }
 
-pub(super) fn is_blank(line: &[u8]) -> bool {
+pub(crate) fn is_blank(line: &[u8]) -> bool {
     line.trim_ascii().is_empty()
 }
 
 /// Are there numbers in a line?
-pub(super) fn has_numbers(line: &[u8], delimiter: u8) -> bool {
+pub(crate) fn has_numbers(line: &[u8], delimiter: u8) -> bool {
     RowForm::of(line, delimiter, None).numbers > 0
 }
 
 /// Does a line name units?
-pub(super) fn is_units(line: &[u8], delimiter: u8) -> bool {
+pub(crate) fn is_units(line: &[u8], delimiter: u8) -> bool {
     let fields = fields(line, delimiter);
     let mut named = fields.iter().map(decoded).filter(|text| !text.is_empty()).peekable();
     named.peek().is_some() && named.all(|text| is_unit(&text))
@@ -182,7 +182,7 @@ fn is_unit(text: &str) -> bool {
 
 impl Layout {
     /// The layout of a table with this header.
-    pub(super) fn below(
+    pub(crate) fn below(
         head: &[Vec<u8>],
         header: usize,
         delimiter: u8,
@@ -194,7 +194,7 @@ impl Layout {
     }
 
     /// This layout with the first row of another, if only lines without numbers are between them.
-    pub(super) fn up_to(mut self, other: &Layout, head: &[Vec<u8>]) -> Layout {
+    pub(crate) fn up_to(mut self, other: &Layout, head: &[Vec<u8>]) -> Layout {
         self.mark = other.mark;
         while self.rows < other.rows {
             let form = RowForm::of(&head[self.rows], self.delimiter, self.mark);
@@ -207,7 +207,7 @@ impl Layout {
     }
 
     /// Takes the decimal mark from a row, if its numbers tell. Does none of them leave it open?
-    pub(super) fn take_mark(&mut self, row: &[u8]) -> bool {
+    pub(crate) fn take_mark(&mut self, row: &[u8]) -> bool {
         let mut is_open = false;
         let mut found = self.mark;
         for field in &fields(row, self.delimiter) {

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Command, FromArgMatches};
 
-use super::{CsvRows, TableFlags};
-use crate::failure::Failure;
+use crate::{CsvRows, TableError, TableFlags};
 
 /// How a file is read.
 struct Logger {
@@ -70,7 +69,7 @@ fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/loggers"))
 }
 
-fn open(file: &str, flags: &str, columns: &str) -> Result<CsvRows, Failure> {
+fn open(file: &str, flags: &str, columns: &str) -> Result<CsvRows, TableError> {
     let words = std::iter::once("table").chain(flags.split_whitespace());
     let matches = TableFlags::augment_args(Command::new("table")).get_matches_from(words);
     let flags = TableFlags::from_arg_matches(&matches).unwrap();
@@ -130,7 +129,7 @@ fn what_cannot_be_recognised_says_which_flag_helps() {
         ("plain.csv", "--skip-lines 30", "", "line 31: empty; put a header row"),
         ("pandas_index.csv", "", "", "line 1, column 1: the column has no name"),
     ] {
-        let error = open(file, flags, columns).err().unwrap().in_words();
+        let error = open(file, flags, columns).err().unwrap().to_string();
         assert!(error.contains(said), "{file}: {error}");
     }
     let problem = |file: &str| -> String {
@@ -139,7 +138,7 @@ fn what_cannot_be_recognised_says_which_flag_helps() {
             match table.next_row() {
                 Ok(Some(row)) if row.problem.is_none() => {}
                 Ok(row) => return row.unwrap().problem.unwrap(),
-                Err(order) => return order.in_words(),
+                Err(order) => return order.to_string(),
             }
         }
     };

@@ -12,7 +12,7 @@ const RARER: usize = 8;
 const UTF8_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// Lines of UTF-8, or of any encoding whose first half is ASCII: what is not UTF-8 is read as Latin-1.
-pub(super) struct TextLines {
+pub(crate) struct TextLines {
     input: BufReader<Box<dyn Read>>,
     /// `\n`, or `\r` where nothing else ends a line.
     end: u8,
@@ -20,7 +20,7 @@ pub(super) struct TextLines {
 
 impl TextLines {
     /// Looks at the beginning: a byte order mark says the encoding, the first line says what ends it.
-    pub(super) fn open(mut input: Box<dyn Read>) -> io::Result<TextLines> {
+    pub(crate) fn open(mut input: Box<dyn Read>) -> io::Result<TextLines> {
         let mut head = read_on(&mut *input, Vec::new(), |head| head.len() >= 4)?;
         input = match utf16(&head)? {
             Some((mark, big_endian)) => {
@@ -49,12 +49,12 @@ impl TextLines {
     }
 
     /// Must the next line be waited for?
-    pub(super) fn is_drained(&self) -> bool {
+    pub(crate) fn is_drained(&self) -> bool {
         self.input.buffer().is_empty()
     }
 
     /// Reads a line without its end. False at the end of the input.
-    pub(super) fn read(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+    pub(crate) fn read(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         line.clear();
         let read = (&mut self.input).take(MAX_LINE).read_until(self.end, line)?;
         if line.last() == Some(&self.end) {

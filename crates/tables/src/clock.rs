@@ -3,7 +3,7 @@
 use super::number::{DecimalMark, decoded, number};
 
 /// Name of the column that numbers the steps.
-pub(super) const STEP: &str = "step";
+pub(crate) const STEP: &str = "step";
 /// Usual names of a column of times, without units and in small letters.
 const TIMES: [&str; 19] = [
     "time",
@@ -42,7 +42,7 @@ const EPOCH_S: std::ops::Range<f64> = 315_532_800.0..4_102_444_800.0;
 
 /// Why a row has no step.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum ClockError {
+pub(crate) enum ClockError {
     /// The cell is bad.
     Cell(String),
     /// It is not after the row before.
@@ -51,9 +51,9 @@ pub(super) enum ClockError {
 
 /// Counts the steps of rows.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Clock {
+pub(crate) struct Clock {
     /// Of the column that tells, if one does.
-    pub(super) place: Option<usize>,
+    pub(crate) place: Option<usize>,
     is_step: bool,
     /// Seconds of its unit, if its cells are numbers.
     unit_s: f64,
@@ -82,18 +82,18 @@ struct Moment {
 
 impl Clock {
     /// Counts rows.
-    pub(super) fn of_rows() -> Clock {
+    pub(crate) fn of_rows() -> Clock {
         Clock::default()
     }
 
     /// Reads this column.
-    pub(super) fn of_column(place: usize, name: &str) -> Clock {
+    pub(crate) fn of_column(place: usize, name: &str) -> Clock {
         let is_step = name.eq_ignore_ascii_case(STEP);
         Clock { place: Some(place), is_step, unit_s: unit_s(name), ..Clock::default() }
     }
 
     /// The time from the first row to the latest \[s\]; `None` if no column tells it.
-    pub(super) fn passed_s(&self) -> Option<f64> {
+    pub(crate) fn passed_s(&self) -> Option<f64> {
         let (first, last) = self.first.zip(self.last)?;
         let unit_s = if last.is_date { 1.0 } else { self.unit_s };
         Some((last.value - first.value) * unit_s).filter(|_| !self.is_step)
@@ -101,7 +101,7 @@ impl Clock {
 
     /// When the first row was taken \[s since 1970\], and whether its cell says its time zone; `None` if no column tells its
     /// date.
-    pub(super) fn began_unix_s(&self) -> Option<(f64, bool)> {
+    pub(crate) fn began_unix_s(&self) -> Option<(f64, bool)> {
         let first = self.first.filter(|_| !self.is_step)?;
         let seconds = match first.is_date {
             true => first.value - DAY_OF_1970 * DAY_S,
@@ -112,7 +112,7 @@ impl Clock {
     }
 
     /// When a row is that follows so many steps after the first, in words; `None` if no column tells it.
-    pub(super) fn at(&self, steps: u64, step_s: f64) -> Option<String> {
+    pub(crate) fn at(&self, steps: u64, step_s: f64) -> Option<String> {
         let first = self.first.filter(|_| !self.is_step)?;
         let unit_s = if first.is_date { 1.0 } else { self.unit_s };
         // A step that follows from many times is not exact.
@@ -133,7 +133,7 @@ impl Clock {
     }
 
     /// Rows missing before this one, whose cell this is; of the first row, its step.
-    pub(super) fn take(
+    pub(crate) fn take(
         &mut self,
         cell: &[u8],
         mark: &mut Option<DecimalMark>,
@@ -219,7 +219,7 @@ impl Clock {
 }
 
 /// Is a column of this name one of times?
-pub(super) fn is_time_name(name: &str) -> bool {
+pub(crate) fn is_time_name(name: &str) -> bool {
     let name = name.split(['[', '(']).next().unwrap_or(name).trim().to_lowercase();
     let name = name.trim_start_matches('#').trim_start();
     let units = ["_s", "_ms", "_us", "_µs", "_ns", "_min", "_h"];
@@ -241,12 +241,12 @@ fn unit_s(name: &str) -> f64 {
 }
 
 /// Does a clock read this cell?
-pub(super) fn is_moment(text: &str) -> bool {
+pub(crate) fn is_moment(text: &str) -> bool {
     moment(text, &mut None).is_some()
 }
 
 /// Is this a date or a time of day?
-pub(super) fn is_date(text: &str) -> bool {
+pub(crate) fn is_date(text: &str) -> bool {
     date(text).is_some()
 }
 

@@ -1,8 +1,8 @@
 //! Tables of numbers, as loggers and spreadsheets write them: row by row, in constant memory, every mistake with its
 //! line and column.
 //!
-//! Bytes become lines ([`text`]), the first lines say how the table is laid out ([`layout`]), columns are chosen by
-//! name or number ([`column`]), cells become numbers ([`number`]), and each row gets its step ([`clock`]).
+//! Bytes become lines (`text`), the first lines say how the table is laid out (`layout`), columns are chosen by
+//! name or number (`column`), cells become numbers (`number`), and each row gets its step (`clock`).
 //!
 //! Lines are counted here and not by a CSV library, because an empty line is not nothing: it is a
 //! sampling instant without a sample. Only empty lines at the very end are.
@@ -21,10 +21,9 @@ use std::io::{self, Read, Write};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use crate::failure::Failure;
 use clock::{Clock, ClockError, STEP};
 use column::CsvColumn;
-pub(crate) use flags::TableFlags;
+pub use flags::TableFlags;
 use layout::Layout;
 use number::{DecimalMark, Wrong, decoded};
 use text::TextLines;
@@ -47,14 +46,20 @@ const SENTINELS: [f64; 14] = [
     -1e30, 1e30, 9.9e37, 9.91e37,
 ];
 
+/// Why a table cannot be read, with its place.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct TableError(pub String);
+
 /// One row: its numbers, or what is wrong with it.
 #[derive(Debug)]
-pub(crate) struct CsvRow<'a> {
+pub struct CsvRow<'a> {
     /// Its step, as numbered, or counted from 0; meaningless if there is a problem.
-    pub(crate) step: u64,
+    pub step: u64,
     /// The channels' values, NaN if missing; meaningless if there is a problem.
-    pub(crate) values: &'a [f64],
-    pub(crate) problem: Option<String>,
+    pub values: &'a [f64],
+    /// What is wrong with it, in words.
+    pub problem: Option<String>,
 }
 
 /// A value of a channel that may mean "missing".
@@ -65,20 +70,20 @@ struct Suspect {
 }
 
 /// When the rows of a table are.
-pub(crate) struct RowTimes {
+pub struct RowTimes {
     clock: Clock,
     step_s: f64,
 }
 
 impl RowTimes {
     /// When two rows are; they are counted from 0, with the missing ones.
-    pub(crate) fn span(&self, (first, last): (u64, u64)) -> Option<(String, String)> {
+    pub fn span(&self, (first, last): (u64, u64)) -> Option<(String, String)> {
         self.clock.at(first, self.step_s).zip(self.clock.at(last, self.step_s))
     }
 }
 
 /// The rows of a table.
-pub(crate) struct CsvRows {
+pub struct CsvRows {
     input: TextLines,
     name: String,
     delimiter: u8,
@@ -125,13 +130,13 @@ impl Chosen {
 impl CsvRows {
     /// Reads the header row. `name` is how the input is called in messages; `choose` gets the
     /// columns' names and returns those that are wanted, or none for all, or what is wrong.
-    pub(crate) fn open(
+    pub fn open(
         input: Box<dyn Read>,
         name: String,
         flags: &TableFlags,
         mut choose: impl FnMut(&[String]) -> Result<Option<Vec<String>>, String>,
-    ) -> Result<Self, Failure> {
-        let unreadable = |error| Failure::input(format!("cannot read `{name}`: {error}"));
+    ) -> Result<Self, TableError> {
+        let unreadable = |error| TableError(format!("cannot read `{name}`: {error}"));
         let mut input = TextLines::open(input).map_err(unreadable)?;
         let mut try_header = |line: &[u8], delimiter: u8| -> Result<Chosen, String> {
             let header = header(line, delimiter);
@@ -143,7 +148,7 @@ impl CsvRows {
         let (mut head, layout) =
             read_head(&mut input, flags, &mut try_header).map_err(unreadable)?;
         let complain = |line: usize, problem: String| {
-            Failure::input(format!("{name}, line {}{problem}", line + 1))
+            TableError(format!("{name}, line {}{problem}", line + 1))
         };
         let first = flags.skip_lines.unwrap_or(0);
         let layout = match (layout, head.get(first).filter(|line| !layout::is_blank(line))) {
@@ -213,33 +218,33 @@ impl CsvRows {
     }
 
     /// How the input is called in messages.
-    pub(crate) fn name(&self) -> &str {
+    pub fn name(&self) -> &str {
         &self.name
     }
 
     /// Names of the channels.
-    pub(crate) fn channels(&self) -> Vec<String> {
+    pub fn channels(&self) -> Vec<String> {
         self.channels.iter().map(|channel| channel.name.clone()).collect()
     }
 
     /// The time between two rows so far \[s\], if a column tells it.
-    pub(crate) fn step_s(&self) -> Option<f64> {
+    pub fn step_s(&self) -> Option<f64> {
         let steps = self.next_step.checked_sub(1).filter(|steps| *steps > 0)?;
         Some(self.clock.passed_s()? / steps as f64).filter(|step_s| *step_s > 0.0)
     }
 
     /// When the first row was taken \[s since 1970\], and whether the table says its time zone; `None` without a date.
-    pub(crate) fn began_unix_s(&self) -> Option<(f64, bool)> {
+    pub fn began_unix_s(&self) -> Option<(f64, bool)> {
         self.clock.began_unix_s()
     }
 
     /// When rows are, as far as a column tells the times by now.
-    pub(crate) fn times(&self) -> Option<RowTimes> {
+    pub fn times(&self) -> Option<RowTimes> {
         Some(RowTimes { clock: self.clock.clone(), step_s: self.step_s()? })
     }
 
     /// Must the next row be waited for?
-    pub(crate) fn is_drained(&self) -> bool {
+    pub fn is_drained(&self) -> bool {
         self.ahead.is_empty() && self.input.is_drained()
     }
 
@@ -262,7 +267,7 @@ impl CsvRows {
     }
 
     /// Prints the remarks on standard error, which may be closed.
-    pub(crate) fn print_remarks(&self) {
+    pub fn print_remarks(&self) {
         let mut stderr = io::stderr().lock();
         for remark in self.remarks() {
             let _ = writeln!(stderr, "{remark}");
@@ -273,7 +278,7 @@ impl CsvRows {
     ///
     /// # Errors
     /// Lines that cannot be read, and rows whose steps or times do not rise.
-    pub(crate) fn next_row(&mut self) -> Result<Option<CsvRow<'_>>, Failure> {
+    pub fn next_row(&mut self) -> Result<Option<CsvRow<'_>>, TableError> {
         while !self.held {
             if !self.read_line()? {
                 return Ok(None);
@@ -296,7 +301,7 @@ impl CsvRows {
                 Err(RowError::Bad(problem)) => Some(format!("line {}, {problem}", self.line)),
                 Err(RowError::Order(problem)) => {
                     let (name, line) = (&self.name, self.line);
-                    return Err(Failure::input(format!("{name}, line {line}: {problem}")));
+                    return Err(TableError(format!("{name}, line {line}: {problem}")));
                 }
             }
         };
@@ -308,7 +313,7 @@ impl CsvRows {
     }
 
     /// Reads a line without its end. False at the end of the input.
-    fn read_line(&mut self) -> Result<bool, Failure> {
+    fn read_line(&mut self) -> Result<bool, TableError> {
         let read = match self.ahead.pop_front() {
             Some(line) => {
                 self.text = line;
@@ -317,7 +322,7 @@ impl CsvRows {
             None => self
                 .input
                 .read(&mut self.text)
-                .map_err(|error| Failure::input(format!("cannot read `{}`: {error}", self.name)))?,
+                .map_err(|error| TableError(format!("cannot read `{}`: {error}", self.name)))?,
         };
         self.line += u64::from(read);
         Ok(read)

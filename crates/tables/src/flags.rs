@@ -7,43 +7,45 @@ use super::number::DecimalMark;
 /// How tables are read. Delimiter, decimal mark, header and units are recognised where these flags do not say them.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "Form of the table")]
-pub(crate) struct TableFlags {
+pub struct TableFlags {
     /// Lines before the header [default: as recognised]
     #[arg(long, value_name = "N")]
-    pub(super) skip_lines: Option<usize>,
+    pub(crate) skip_lines: Option<usize>,
     /// The line after the header holds units, not values; usual units are recognised
     #[arg(long)]
-    pub(super) units_row: bool,
+    pub(crate) units_row: bool,
     /// Character between the fields of a row, `\t` for a tabulator [default: as recognised]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter)]
-    pub(super) delimiter: Option<u8>,
+    pub(crate) delimiter: Option<u8>,
     /// Character before the decimals of a number, `.` or `,` [default: as recognised]
     #[arg(long, value_name = "CHARACTER", value_parser = decimal)]
-    pub(super) decimal: Option<DecimalMark>,
+    pub(crate) decimal: Option<DecimalMark>,
     /// A cell of this text or number has no value, like an empty one or NaN, NA, NULL; as often as there are
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
-    pub(super) missing: Vec<String>,
+    pub(crate) missing: Vec<String>,
     /// Column of the rows' steps or times, from which gaps follow, or `none` to count rows [default: `step`, or the
     /// first column named like a time]
     #[arg(long, value_name = "COLUMN")]
-    pub(super) time: Option<String>,
+    pub(crate) time: Option<String>,
     /// Count bad rows and take them as gaps instead of stopping at the first one. Bad are rows with
     /// text or an infinite number in a channel, or too few or too many fields
     #[arg(long)]
-    pub(crate) skip_bad: bool,
+    pub skip_bad: bool,
     /// Only this run of a recording (MCAP), or of the tables that `export` made of one
     #[arg(long, value_name = "RUN", value_parser = run)]
-    pub(crate) run: Option<RunId>,
+    pub run: Option<RunId>,
 }
 
 impl TableFlags {
     /// The same with this column of steps or times.
-    pub(crate) fn with_time(&self, column: &str) -> Self {
+    #[must_use]
+    pub fn with_time(&self, column: &str) -> Self {
         Self { time: Some(column.to_owned()), ..self.clone() }
     }
 
     /// The flags as they are given.
-    pub(crate) fn words(&self) -> Vec<String> {
+    #[must_use]
+    pub fn words(&self) -> Vec<String> {
         let mut words = Vec::new();
         let mut flag = |name: &str, value: String| words.extend([name.to_owned(), value]);
         if let Some(lines) = self.skip_lines {

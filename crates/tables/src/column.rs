@@ -7,11 +7,11 @@ use super::number::{decoded, is_missing};
 
 /// A column that is read as a channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct CsvColumn {
+pub(crate) struct CsvColumn {
     /// Place among the fields, from 0.
-    pub(super) place: usize,
+    pub(crate) place: usize,
     /// Name in the header row.
-    pub(super) name: String,
+    pub(crate) name: String,
 }
 
 impl std::fmt::Display for CsvColumn {
@@ -21,7 +21,7 @@ impl std::fmt::Display for CsvColumn {
 }
 
 /// The columns of a header row.
-pub(super) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
+pub(crate) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
     let column = |(place, field)| CsvColumn { place, name: decoded(field).into_owned() };
     header.iter().enumerate().map(column).collect()
 }
@@ -30,7 +30,7 @@ pub(super) fn named(header: &ByteRecord) -> Vec<CsvColumn> {
 ///
 /// # Errors
 /// In words, what is wrong with the wish.
-pub(super) fn wanted(columns: &[CsvColumn], wanted: &[String]) -> Result<Vec<CsvColumn>, String> {
+pub(crate) fn wanted(columns: &[CsvColumn], wanted: &[String]) -> Result<Vec<CsvColumn>, String> {
     let channels: Vec<CsvColumn> =
         wanted.iter().map(|name| find(columns, name)).collect::<Result<_, _>>()?;
     for (number, channel) in channels.iter().enumerate() {
@@ -45,7 +45,7 @@ pub(super) fn wanted(columns: &[CsvColumn], wanted: &[String]) -> Result<Vec<Csv
 ///
 /// # Errors
 /// In words, what is wrong with the header row.
-pub(super) fn all(
+pub(crate) fn all(
     columns: &[CsvColumn],
     clock: Option<usize>,
     first_row: Option<&ByteRecord>,
@@ -81,7 +81,7 @@ pub(super) fn all(
 ///
 /// # Errors
 /// In words, what is wrong with the wish.
-pub(super) fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
+pub(crate) fn find(columns: &[CsvColumn], wanted: &str) -> Result<CsvColumn, String> {
     let wanted = wanted.trim();
     let mut found = columns.iter().filter(|column| column.name == wanted);
     match (found.next(), found.next()) {
