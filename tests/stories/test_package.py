@@ -73,7 +73,7 @@ def problems(root, unit):
 
 
 @pytest.mark.parametrize("unit", ["trusswatch.target", "trusswatch-router.service", "trusswatch-plant.service",
-                                  "trusswatch-recorder.service", "trusswatch-web.service", DIAGNOSER])
+                                  "trusswatch-recorder.service", "trusswatch-web.service", "trusswatch-notify.service", DIAGNOSER])
 def test_unit_is_good(unpacked, unit):
     assert not problems(unpacked, unit)
 

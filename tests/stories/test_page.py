@@ -111,6 +111,7 @@ def test_an_operator_handles_faults_on_the_page(site):
     expect(attention(page, OTHER)).to_contain_text("bias of", timeout=10_000)
     expect(background).to_have_title(re.compile(r"^\([2-9]\) "))
     every_look_is_accessible_and_fits(site)
+    the_wall_is_read_from_afar_on_one_screen(site)
     a_script_in_a_note_is_text(adas)
     without_script_and_by_keyboard(site)
     a_killed_diagnoser_is_among_the_alarms(site, page)
@@ -221,6 +222,28 @@ def every_look_is_accessible_and_fits(site):
     if os.environ.get("BLESS"):
         for name in ("overview-light", "component-dark"):
             shutil.copy(site.pictures / f"{name}.png", DOCUMENTED)
+
+
+def the_wall_is_read_from_afar_on_one_screen(site):
+    for name, (width, height) in {"720": (1280, 720), "1080": (1920, 1080), "4k": (3840, 2160)}.items():
+        page = site.page("/wall", size={"width": width, "height": height})
+        expect(page.locator("#verdict h1")).to_contain_text("incident")
+        measured = page.evaluate("""() => {
+            const of = (selector) => document.querySelector(selector).getBoundingClientRect();
+            const letters = parseFloat(getComputedStyle(document.querySelector("#verdict h1")).fontSize);
+            const root = document.scrollingElement;
+            return { letters, near: of("#incidents .near"), drawing: of(".wall .drawing"), scrolls: root.scrollHeight > root.clientHeight };
+        }""")
+        assert measured["letters"] >= 48 * height / 1080 - 16 and not measured["scrolls"], (name, measured)
+        assert height < 1080 or measured["letters"] >= 48, measured
+        assert measured["near"]["height"] >= height / 10 and measured["near"]["bottom"] <= height, (name, measured)
+        assert measured["drawing"]["height"] >= height / 2 and measured["drawing"]["bottom"] <= height, (name, measured)
+        expect(page.locator(".legend")).to_have_count(0)
+        expect(page.locator("#live")).to_contain_text("live")
+        site.is_accessible(page)
+        site.pictures.mkdir(parents=True, exist_ok=True)
+        page.screenshot(path=site.pictures / f"wall-{name}.png")
+        page.context.close()
 
 
 def a_script_in_a_note_is_text(page):
