@@ -103,6 +103,13 @@ def tower(rig):
     return rig, configs, link, notify
 
 
+def page(port):
+    with contextlib.suppress(OSError):
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=10) as answer:
+            return answer.read().decode()
+    return ""
+
+
 def title_of(heard):
     return str(email.header.make_header(email.header.decode_header(heard[1]["Title"])))
 
@@ -162,8 +169,12 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path):
     said = until("health names the recipient", lambda: (
         done := trusswatch("health", f"127.0.0.1:{health}", check=False)).returncode == 1 and done.stdout + done.stderr)
     assert "webhook 127.0.0.1" in said and "500" in said
+    [port] = free_ports(1)
+    rig.start("web", PROGRAMS / "trusswatch", "web", "--listen", f"127.0.0.1:{port}", "--notifier", f"127.0.0.1:{health}", *link)
+    until("the page says so, too", lambda: "Notifications are not delivered: webhook 127.0.0.1" in page(port))
     webhook.status = 200
     until("the webhook is told", lambda: len(webhook.heard) == 2)
+    until("the page is content", lambda: (text := page(port)) and "Notifications are not" not in text)
     assert [document["call"] for document in webhook.documents()] == ["opened", "resolved"]
     assert {document["incident"]["id"] for document in webhook.documents()} == {incident}
     until("Alertmanager knows that it is over", lambda: alertmanager.alerts() == {})

@@ -232,9 +232,9 @@ impl Desk {
     /// the same.
     fn change(&self, change: impl FnOnce(&mut Calls) -> bool) {
         let mut calls = self.calls.lock();
-        let before = calls.clone();
+        let before = calls.revision();
         let is_news = change(&mut calls);
-        if *calls != before {
+        if calls.revision() != before {
             self.save(&calls);
         }
         drop(calls);

@@ -16,6 +16,7 @@ use crate::access::{Access, Viewer};
 use crate::drawing::LinkedDrawing;
 use crate::layout::Page;
 use crate::metrics::Metrics;
+use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
 use crate::{
@@ -39,6 +40,8 @@ pub(crate) struct App {
     pub(crate) streams: Streams,
     /// Metrics.
     pub(crate) metrics: Metrics,
+    /// The process that sends notifications.
+    pub(crate) notifier: Notifier,
     /// Whether the process is shutting down, upon which open streams end.
     pub(crate) shutdown: Shutdown,
 }

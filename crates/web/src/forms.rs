@@ -2,7 +2,7 @@
 //! who may not send orders get no forms.
 
 use maud::{Markup, html};
-use observer::ModuleView;
+use observer::{ModuleView, StateRow};
 use vocabulary::{ComponentKind, FaultTransition, StructureName};
 
 use crate::access::{Person, Viewer};
@@ -11,24 +11,23 @@ use crate::access::{Person, Viewer};
 pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (Some(&transition.structure), &transition.component.to_string());
-    let target = OrderForm { what: "component", name, structure, back };
+    let present = order_states(&StateRow::of_component(transition));
+    let target = OrderForm { what: "component", name, structure, back, present: &present };
     let is_cylinder = transition.component.component.kind() == ComponentKind::Actuator;
     let is_faulty_cylinder = is_cylinder && transition.state().is_fault();
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Orders" }
             div.forms {
-                (target.form(person, "acknowledge", "Acknowledge", &note("Note", false)))
-                (target.form(person, "reset", "Reset", &reset_fields()))
-                (target.form(person, "shelve", "Shelve", &aside_fields()))
-                (target.form(person, "unshelve", "Unshelve", &note("Note", false)))
-                @if !transition.state().is_fault() {
-                    (target.form(person, "declare", "Declare faulty", &note("Reason", true)))
-                }
+                (target.form(person, ("acknowledge", "latched"), "Acknowledge", &note("Note", false)))
+                (target.form(person, ("reset", "latched acknowledged"), "Reset", &reset_fields()))
+                (target.form(person, ("shelve", "plain"), "Shelve", &aside_fields()))
+                (target.form(person, ("unshelve", "aside"), "Unshelve", &note("Note", false)))
+                (target.form(person, ("declare", NOT_FAULTY), "Declare faulty", &note("Reason", true)))
                 @if transition.shut_off.is_some() {
-                    (target.form(person, "put-back", "Put back", &note("Note", false)))
+                    (target.form(person, ("put-back", ALWAYS), "Put back", &note("Note", false)))
                 } @else if is_faulty_cylinder {
-                    (target.form(person, "shut-off", "Shut off", &note("Reason", true)))
+                    (target.form(person, ("shut-off", ALWAYS), "Shut off", &note("Reason", true)))
                 }
             }
         }
@@ -39,13 +38,13 @@ pub(crate) fn of_component(viewer: &Viewer, transition: &FaultTransition, back: 
 pub(crate) fn of_module(viewer: &Viewer, module: &ModuleView, back: &str) -> Markup {
     let Some(person) = may_order(viewer) else { return refusal(viewer) };
     let (structure, name) = (module.structure.as_ref(), module.module.as_str());
-    let target = OrderForm { what: "module", name, structure, back };
+    let target = OrderForm { what: "module", name, structure, back, present: ALWAYS };
     html! {
         section.orders aria-labelledby="orders-title" {
             h2 #orders-title { "Maintenance" }
             div.forms {
-                (target.form(person, "suppress", "Suppress all alarms", &aside_fields()))
-                (target.form(person, "unsuppress", "End the suppression", &note("Note", false)))
+                (target.form(person, ("suppress", ALWAYS), "Suppress all alarms", &aside_fields()))
+                (target.form(person, ("unsuppress", ALWAYS), "End the suppression", &note("Note", false)))
             }
         }
     }
@@ -73,12 +72,35 @@ struct OrderForm<'a> {
     name: &'a str,
     structure: Option<&'a StructureName>,
     back: &'a str,
+    /// What is so at present, see [`order_states`].
+    present: &'a str,
 }
 
+/// What is so of a component, as far as orders depend on it: its state, and whether its alarm is set aside. The script keeps
+/// up with changes.
+fn order_states(row: &StateRow) -> String {
+    format!("{} {}", row.sign, if row.is_set_aside { "aside" } else { "plain" })
+}
+
+/// States in which a component can be declared faulty.
+const NOT_FAULTY: &str = "normal unverified tentative unconfirmed explained unknown";
+/// Of orders that are possible in any state.
+const ALWAYS: &str = "";
+
 impl OrderForm<'_> {
-    fn form(&self, person: &Person, kind: &str, words: &str, fields: &Markup) -> Markup {
+    /// A form for an order that is possible in any of these states. In others it is hidden.
+    fn form(
+        &self,
+        person: &Person,
+        (kind, states): (&str, &str),
+        words: &str,
+        fields: &Markup,
+    ) -> Markup {
+        let is_possible = states == ALWAYS
+            || states.split(' ').any(|state| self.present.split(' ').any(|now| now == state));
         html! {
-            form method="post" action={ "/order/" (kind) } {
+            form method="post" action={ "/order/" (kind) } data-for=[(states != ALWAYS).then_some(states)]
+                hidden[!is_possible] {
                 fieldset {
                     legend { (words) }
                     input type="hidden" name="token" value=(person.form_token);
@@ -104,7 +126,7 @@ fn note(words: &str, required: bool) -> Markup {
 fn reset_fields() -> Markup {
     html! {
         (note("Note", false))
-        label.check { input type="checkbox" name="force" value="true"; "although it has not gone" }
+        label.check { input type="checkbox" name="force" value="true"; "force: although it has not gone" }
         label.check { input type="checkbox" name="re_tare" value="true"; "replaced: re-tare its reference" }
     }
 }

@@ -54,7 +54,7 @@ impl Page<'_> {
                     (self.header())
                     main #main tabindex="-1" {
                         @if let Some(message) = &self.viewer.message {
-                            p.message role="status" { (printable(message)) }
+                            p.message.refused[message.is_refusal] role="status" { (printable(&message.words)) }
                         }
                         div #network role="status" { (network(self.scene)) }
                         (main)

@@ -33,6 +33,7 @@ mod live_page;
 mod look;
 mod metrics;
 mod module;
+mod notifier;
 mod observed;
 mod orders;
 mod overview;

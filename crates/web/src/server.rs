@@ -21,6 +21,7 @@ use crate::app::{App, Shared, router};
 use crate::drawing::LinkedDrawing;
 use crate::listener::{Listener, PageAccess};
 use crate::metrics::Metrics;
+use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
 
@@ -48,6 +49,8 @@ pub struct WebConfig {
     pub state_dir: Option<PathBuf>,
     /// Timeout for answers of modules.
     pub timeout: Duration,
+    /// The health address of `trusswatch notify`, whose problems the overview shows.
+    pub notifier: Option<String>,
 }
 
 /// Serves the page until shutdown, with or without a network.
@@ -86,7 +89,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         revoked: config.access.revoked,
         read_only: read_only(&config.network),
     };
-    let WebConfig { network, structure, expected, drawing, timeout, .. } = config;
+    let WebConfig { network, structure, expected, drawing, timeout, notifier, .. } = config;
     let operator = network.operator();
     let open = move || {
         let network = network.clone();
@@ -100,6 +103,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         drawing: drawing.as_ref().map(LinkedDrawing::of),
         streams: Streams::default(),
         metrics: Metrics::new(supervisor.pulse()),
+        notifier: Notifier::watching(notifier),
         shutdown,
     })
 }

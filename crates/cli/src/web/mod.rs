@@ -37,6 +37,9 @@ pub(crate) struct Arguments {
     /// Directory of one-time links, sessions and scheduled commands
     #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
     state_dir: Option<PathBuf>,
+    /// Health address of `trusswatch notify`: the overview says when notifications are not delivered
+    #[arg(long, value_name = "HOST:PORT")]
+    notifier: Option<String>,
     #[command(flatten)]
     access: PageAccess,
     #[command(flatten)]
@@ -72,6 +75,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         drawing,
         state_dir: arguments.state_dir.clone(),
         timeout: target.timeout,
+        notifier: arguments.notifier.clone(),
     };
     Ok(runtime::until_done(arguments.shutdown, |shutdown| web::run(config, shutdown))?)
 }

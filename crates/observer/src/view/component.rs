@@ -24,7 +24,7 @@ impl StateRow {
             urgency: urgency(state),
             tone: state_tone(state.state()),
             sign: sign(state),
-            state: state_and_aside(state),
+            state: standing(state),
             is_set_aside: state.aside().is_some(),
             is_covered: false,
             since_unix_ns: since(state),
@@ -35,6 +35,13 @@ impl StateRow {
             measured: measured(state),
         }
     }
+}
+
+/// The state in words; of a fault that is gone, that it can be reset.
+fn standing(state: &FaultTransition) -> String {
+    let words = state_and_aside(state);
+    let is_gone = state.state().is_fault() && state.is_verified() && !state.is_last_known();
+    if is_gone { format!("{words}, ready to reset") } else { words }
 }
 
 /// When the present state began, whatever was ordered later; not known before the first change.

@@ -531,3 +531,20 @@ fn of_several_candidates_the_likeliest_stands_for_all() {
         [("m1/sensor/g2".to_owned(), None, "or one of 1 other: m1/sensor/g1".to_owned())];
     assert_eq!(incidents(&modules), expected);
 }
+
+#[test]
+fn a_fault_that_is_gone_is_ready_to_reset() {
+    let words = |from: u64, verdict: FaultState| {
+        let condition = Condition::Agrees { from: Step(from), as_of: Step(from + 9) };
+        let fault = FaultTransition {
+            condition: Some(condition),
+            ..latched_at("m1/sensor/g1", 17, SECOND)
+        };
+        let verdict = Verdict::example(verdict);
+        StateRow::of_component(&FaultTransition { verdict, ..fault }).state
+    };
+    assert_eq!(words(18, FaultState::Acknowledged), "acknowledged, ready to reset");
+    assert_eq!(words(18, FaultState::Latched), "latched, ready to reset");
+    assert_eq!(words(17, FaultState::Latched), "latched", "it agreed before the fault");
+    assert!(!words(18, FaultState::Normal).contains("reset"));
+}

@@ -12,7 +12,7 @@ use crate::model::{Model, Pane};
 const WIDE: u16 = 110;
 
 /// Maximum width of each column; the last takes the remaining width.
-const MOST: [u16; 6] = [1, 36, 24, 7, 44, 0];
+const MOST: [u16; 6] = [1, 36, 28, 7, 44, 0];
 
 pub(super) fn draw(model: &Model, area: Rect, cells: &mut Cells) {
     let (rows, is_active) = (model.listed(), model.pane == Pane::Faults);

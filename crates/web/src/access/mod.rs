@@ -42,7 +42,7 @@ use sessions::Sessions;
 pub(crate) use form::Fields;
 pub(crate) use guard::protect;
 pub(crate) use responses::{destination, plain};
-pub(crate) use sessions::{CHECK_EVERY, SessionWatch};
+pub(crate) use sessions::{CHECK_EVERY, PageMessage, SessionWatch};
 pub(crate) use sign_in::routes;
 
 pub use one_time_link::{LinkError, PersonName, PersonNameError, VALID, one_time_link};
@@ -84,7 +84,7 @@ impl Access {
     }
 
     /// Stores a message for the next page of this user.
-    pub(crate) fn leave_message(&self, viewer: &Viewer, message: String) {
+    pub(crate) fn leave_message(&self, viewer: &Viewer, message: PageMessage) {
         if let Some(session) = &viewer.session {
             self.sessions.leave_message(session, message);
         }
@@ -106,7 +106,7 @@ pub(crate) struct Viewer {
     /// `None` if the user is not signed in.
     pub(crate) person: Option<Person>,
     /// The outcome of the latest order, to be shown once.
-    pub(crate) message: Option<String>,
+    pub(crate) message: Option<PageMessage>,
     /// Why this process cannot send commands, if so.
     pub(crate) read_only: Option<String>,
     session: Option<secret::Secret>,

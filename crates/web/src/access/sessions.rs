@@ -48,7 +48,16 @@ struct Session {
     found: ActiveSession,
     begun: Instant,
     used: Instant,
-    message: Option<String>,
+    message: Option<PageMessage>,
+}
+
+/// The outcome of an order.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct PageMessage {
+    /// In words.
+    pub(crate) words: String,
+    /// Whether it was not carried out.
+    pub(crate) is_refusal: bool,
 }
 
 impl Sessions {
@@ -93,14 +102,14 @@ impl Sessions {
     }
 
     /// Stores a message for the next page.
-    pub(crate) fn leave_message(&self, secret: &Secret, message: String) {
+    pub(crate) fn leave_message(&self, secret: &Secret, message: PageMessage) {
         if let Some(session) = self.0.lock().get_mut(&secret.fingerprint()) {
             session.message = Some(message);
         }
     }
 
     /// Takes the message, so that it is shown once.
-    pub(crate) fn take_message(&self, secret: &Secret) -> Option<String> {
+    pub(crate) fn take_message(&self, secret: &Secret) -> Option<PageMessage> {
         self.0.lock().get_mut(&secret.fingerprint())?.message.take()
     }
 }
@@ -206,8 +215,9 @@ mod tests {
     fn a_message_is_shown_once() {
         let (sessions, now) = (Sessions::default(), Instant::now());
         let ada = sessions.begin(ada(), now).unwrap();
-        sessions.leave_message(&ada, "done".to_owned());
-        assert_eq!(sessions.take_message(&ada).as_deref(), Some("done"));
+        let done = PageMessage { words: "done".to_owned(), is_refusal: false };
+        sessions.leave_message(&ada, done.clone());
+        assert_eq!(sessions.take_message(&ada), Some(done));
         assert_eq!(sessions.take_message(&ada), None);
     }
 

@@ -2,6 +2,11 @@
 // these, by polling. Without this script the page is whole, and as of its time.
 "use strict";
 (() => {
+  // A forced reset discards a fault that is still there.
+  document.addEventListener("submit", (event) => {
+    const forced = event.target.querySelector("[name=force]:checked");
+    if (forced && !confirm("The fault has not gone. Reset it all the same?")) event.preventDefault();
+  });
   const wanted = document.body.dataset.live;
   const live = document.getElementById("live");
   // Where the site begins: a proxy may have it under a path.
@@ -25,7 +30,29 @@
       if (id === "icon") element.href = base + html;
       else if (element) replace(element, html);
     }
+    offer();
+    date();
     show();
+  };
+  // Only the orders that are possible in the present state.
+  const offer = () => {
+    const verdict = document.querySelector("#summary .verdict");
+    if (!verdict) return;
+    const present = [...verdict.classList, verdict.classList.contains("aside") ? "aside" : "plain"];
+    for (const form of document.querySelectorAll("form[data-for]")) {
+      form.hidden = !form.dataset.for.split(" ").some((state) => present.includes(state));
+    }
+  };
+  // Ages first, then the time on this computer's clock; UTC stays in the tooltip.
+  const clockOf = new Intl.DateTimeFormat(undefined, { dateStyle: "medium", timeStyle: "long" });
+  const ageOf = (seconds) => seconds < 100 ? `${seconds} s` : seconds < 6000 ? `${Math.round(seconds / 60)} min`
+    : seconds < 172800 ? `${Math.round(seconds / 3600)} h` : `${Math.round(seconds / 86400)} days`;
+  const date = () => {
+    for (const time of document.querySelectorAll("main .meta time, main .facts time")) {
+      const at = Date.parse(time.dateTime), seconds = Math.max(0, Math.round((Date.now() - at) / 1000));
+      const text = `${ageOf(seconds)} ago, ${clockOf.format(at)}`;
+      if (time.textContent !== text) time.textContent = text;
+    }
   };
 
   const poll = async () => {
@@ -74,6 +101,7 @@
     if (stream && age > RENEW_MS && now - opened > RENEW_MS) open();
   };
   setInterval(show, 500);
+  setInterval(date, 5000);
   // A hidden page has no stream; its title and icon still tell of an alarm.
   document.addEventListener("visibilitychange", () => {
     if (!document.hidden) return open();
@@ -83,5 +111,6 @@
   addEventListener("pagehide", stop);
   addEventListener("pageshow", (event) => { if (event.persisted) open(); });
   open();
+  date();
   show();
 })();

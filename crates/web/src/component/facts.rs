@@ -8,8 +8,8 @@ use vocabulary::{FaultTransition, Identification};
 use crate::look;
 use crate::view::LinkedScene;
 
-/// The details of its present state.
-pub(super) fn facts(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
+/// Its present state with the reason.
+pub(super) fn verdict(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
     let row = StateRow::of_component(state);
     html! {
         div.verdict.(look::classes(&row)) {
@@ -20,7 +20,13 @@ pub(super) fn facts(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup {
                 p { @if state.unknown.is_some() { "Last known to be explained by " } @else { "Explained by " } a href=(view.component(row.structure.as_ref(), root)) { (root) } "." }
             }
         }
-        (figures(&row))
+    }
+}
+
+/// The measurements, and the kinds of fault that it may be.
+pub(super) fn facts(state: &FaultTransition) -> Markup {
+    html! {
+        (figures(&StateRow::of_component(state)))
         @if let Some(found) = known_identification(state) { (candidates(found)) }
     }
 }

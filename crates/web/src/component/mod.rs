@@ -3,7 +3,7 @@
 //! | file | what |
 //! |---|---|
 //! | `shown` | the parts of the page that change |
-//! | `facts` | the state with reasons, the kind of fault |
+//! | `facts` | the state with reasons, the measurements, the kind of fault |
 //! | `trail` | which change explains which, drawn |
 //! | `plot` | residual and divergence of at most a minute |
 //! | `evidence` | journal and freeze frame, fetched from the module |
@@ -84,8 +84,9 @@ fn main(shown: &Shown<'_>, viewer: &Viewer, place: Option<&Markup>) -> Markup {
             a href="/" { (structure) } " / " a href=(shown.view.module(Some(structure), module)) { (module) }
         }
         h1 { (component) }
-        (slot("facts"))
+        (slot("summary"))
         (forms::of_component(viewer, shown.transition, &shown.view.component(Some(structure), component)))
+        (slot("facts"))
         @if let Some(place) = place { section.place { h2 { "Where it is" } (place) } }
         section { h2 { "What explains what" } (slot("trail")) }
         section { h2 { "Around the onset" } (slot("frame")) }

@@ -22,7 +22,8 @@ pub(super) struct Shown<'a> {
 impl Shown<'_> {
     pub(super) fn parts(&self) -> Vec<PagePart> {
         vec![
-            part("facts", facts::facts(self.view, self.transition)),
+            part("summary", facts::verdict(self.view, self.transition)),
+            part("facts", facts::facts(self.transition)),
             part("trail", trail::trail(self.view, self.transition, self.evidence)),
             part("frame", self.frame()),
             part("plot", plot::plot(self.transition, self.traces)),

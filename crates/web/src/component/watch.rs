@@ -69,7 +69,7 @@ impl ComponentWatch {
     /// The present parts of the page.
     pub(crate) fn parts(&mut self, view: &LinkedScene<'_>) -> Vec<PagePart> {
         let known = view.scene.state_of(&self.id);
-        let Some(transition) = known else { return vec![part("facts", not_reported())] };
+        let Some(transition) = known else { return vec![part("summary", not_reported())] };
         self.ask_if_due(transition);
         let (structure, module) = (&transition.structure, &transition.module);
         let observed = &self.observed;

@@ -20,7 +20,7 @@ use observer::OrderOutcome;
 use vocabulary::StructureName;
 use zenoh::Session;
 
-use crate::access::{Fields, Viewer, destination, plain};
+use crate::access::{Fields, PageMessage, Viewer, destination, plain};
 use crate::app::{App, Shared};
 use form_order::FormOrder;
 
@@ -50,7 +50,7 @@ async fn order(
         Err(wrong) => (false, format!("{}; no command was sent", vocabulary::printable(&wrong))),
     };
     log(&person.name, is_done, &words);
-    access.leave_message(&viewer, words);
+    access.leave_message(&viewer, PageMessage { words, is_refusal: !is_done });
     let back = destination(fields.get("back"));
     (StatusCode::SEE_OTHER, [(header::LOCATION, back)]).into_response()
 }

@@ -46,8 +46,7 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
             @if !row.kind.is_empty() { span.kind { (row.kind) } }
             @if let Some(since) = row.since_unix_ns {
                 p.meta {
-                    "since " (look::when(since))
-                    @if let Some(step) = row.measured.onset_step { ", onset step " (step) }
+                    (look::when(since))
                 }
             }
             @if !row.why.is_empty() { p.why { (row.why) } }

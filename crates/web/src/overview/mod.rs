@@ -25,7 +25,10 @@ use crate::view::LinkedScene;
 pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response {
     let scene = app.observed.scene();
     let (view, title) = (LinkedScene::new(&scene), scene.summary());
-    let main = main(&view, app.drawing.as_ref());
+    let main = html! {
+        div #notifier role="status" { (app.notifier.banner()) }
+        (main(&view, app.drawing.as_ref()))
+    };
     let live = "page=overview".to_owned();
     Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.respond(&main)
 }

@@ -85,6 +85,9 @@ fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -
     for part in &mut parts {
         part.html = app.access.site().based(&part.html);
     }
+    if *page == LivePage::Overview {
+        parts.push(part("notifier", app.notifier.banner()));
+    }
     parts.push(part("icon", layout::icon(&scene)));
     parts.push(part("network", layout::network(&scene)));
     parts.push(part("clock", layout::clock(&scene)));

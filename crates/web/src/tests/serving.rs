@@ -55,6 +55,7 @@ impl Server {
             access,
             drawing: None,
             state_dir,
+            notifier: None,
             timeout: Duration::from_secs(1),
         };
         let supervisor = Supervisor::from_environment();
@@ -198,7 +199,7 @@ async fn a_fault_is_sent_by_stream_and_polling_and_rendered_once() {
     publish_until_known(&server, &session, &normal).await;
     publish_until_known(&server, &session, &latched("m1/sensor/g1")).await;
     for stream in [&mut first, &mut second] {
-        let text = until(stream, "onset step 1234").await;
+        let text = until(stream, "alarm latched").await;
         assert!(text.contains(r#""id":"alarms""#) && text.contains("data: ["), "{text}");
     }
     let (_, polled) = server.text("/fragments?page=overview").await;
@@ -207,7 +208,7 @@ async fn a_fault_is_sent_by_stream_and_polling_and_rendered_once() {
         polled.contains(r#"{"id":"person","html":"<a class=\"person\" href=\"/sign-in\""#),
         "{polled}"
     );
-    assert!(polled.starts_with('[') && polled.contains("onset step 1234"), "{polled}");
+    assert!(polled.starts_with('[') && polled.contains("alarm latched"), "{polled}");
     // A hidden tab receives it, too.
     assert!(
         polled.contains(r#""id":"title","html":"("#) && polled.contains("/alarm.svg"),

@@ -29,6 +29,7 @@ use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
 use crate::listener::{Listener, PageAccess};
 use crate::metrics::Metrics;
+use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
 use crate::{access, orders};
@@ -70,6 +71,7 @@ impl PageServer {
             drawing: None,
             streams: Streams::default(),
             metrics: Metrics::new(Supervisor::from_environment().pulse()),
+            notifier: Notifier::default(),
             shutdown: shutdown.clone(),
         };
         let shared = Arc::new(app);
@@ -141,7 +143,7 @@ async fn overview(viewer: Viewer) -> Html<String> {
             }
         }
         @if let Some(message) = &viewer.message {
-            p class="message" { (message) }
+            p class="message" { (message.words) }
         }
     };
     Html(page.into_string())
