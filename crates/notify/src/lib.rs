@@ -13,6 +13,4 @@ mod recipients;
 mod settings;
 
 pub use process::{NotifyConfig, run};
-pub use settings::{
-    HttpRecipient, MailRecipient, Notify, NotifySettings, Recipient, Service, span,
-};
+pub use settings::{HttpRecipient, MailRecipient, Notify, NotifySettings, Recipient, Service};

@@ -7,13 +7,14 @@ use std::net::SocketAddr;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant};
 
 use observer::NetworkState;
 use observer::calls::{Calls, OpenIncident};
 use parking_lot::Mutex;
 use session::Network;
 use session::client::Live;
+use shell::clock::unix_ns;
 use shell::exit::Failure;
 use shell::health::{HealthCondition, Listening, ProcessReport, Subject, live, render};
 use shell::shutdown::Shutdown;
@@ -427,9 +428,4 @@ fn save(state_dir: &Path, calls: &Calls) -> std::io::Result<()> {
     file.sync_all()?;
     std::fs::rename(&next, state_dir.join(STATE))?;
     File::open(state_dir)?.sync_all()
-}
-
-fn unix_ns() -> u64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(now.as_nanos()).unwrap_or(u64::MAX)
 }

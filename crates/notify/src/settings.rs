@@ -192,7 +192,7 @@ impl Notify {
 ///
 /// # Errors
 /// Not a time span.
-pub fn span(text: &str) -> Result<Duration, String> {
+fn span(text: &str) -> Result<Duration, String> {
     let span = humantime::parse_duration(text).ok().filter(|span| !span.is_zero());
     span.ok_or_else(|| format!("`{text}` is not a time span; write e.g. `10m`"))
 }

@@ -1,4 +1,4 @@
-//! Where a component is on the structure, in the words that somebody needs who climbs there.
+//! The location of a component on the structure, in words for whoever has to go there.
 
 use std::fmt;
 
