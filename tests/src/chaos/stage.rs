@@ -23,6 +23,10 @@ use crate::reference;
 /// The same wind, loads and noise in every row.
 const SEED: u64 = 100;
 
+/// Steps that the plant is good for beyond those of a row: on a busy machine processes start and settle late, and a
+/// module that comes after the last sample hears none. The plant is stopped when the row is done.
+const SPARE_STEPS: u64 = 20_000;
+
 /// A standstill that is worth reporting; a module publishes its progress some fifty times a second.
 const WORTH_TELLING: Duration = Duration::from_millis(300);
 
@@ -73,8 +77,9 @@ impl Stage {
         let Site { lab, deployment } = site;
         let run = RunId(1);
         // Before anything runs: it takes a while, and retry intervals of waiting processes grow.
-        let timeline =
-            tokio::task::block_in_place(|| reference::timeline(&deployment, SEED, run, steps));
+        let timeline = tokio::task::block_in_place(|| {
+            reference::timeline(&deployment, SEED, run, steps + SPARE_STEPS)
+        });
         let diagnosers = [Node::Module1, Node::Module2];
         let processes = diagnosers.map(|node| (node, start_diagnoser(&deployment, node)));
         let observer = Observer::of(&deployment).await;
@@ -88,7 +93,7 @@ impl Stage {
     }
 
     fn start_plant(&mut self) {
-        let plant = self.deployment.start_plant("real", self.steps, SEED, self.run);
+        let plant = self.deployment.start_plant("real", self.steps + SPARE_STEPS, SEED, self.run);
         self.processes.insert(Node::Plant, plant);
     }
 
@@ -166,8 +171,10 @@ impl Stage {
         self.witness.record().expected()
     }
 
-    /// Waits until the plant has done its last step.
+    /// Waits until the plant has done the row's last step, and stops it.
     pub(super) async fn last_step(&mut self) {
+        self.reach(self.steps).await;
+        self.signal(Node::Plant, Signal::SIGTERM);
         let plant = self.processes.get_mut(&Node::Plant).unwrap();
         let code = plant.exit_code().await;
         if code != Some(0) {

@@ -24,7 +24,7 @@ const MS: Duration = Duration::from_millis(1);
 /// Steps after the end of a disturbance: more than it takes to settle.
 const AFTERWARDS: u64 = 2150;
 /// Rows that run side by side: two processors are not to be a disturbance of their own.
-const SIDE_BY_SIDE: u32 = 4;
+const SIDE_BY_SIDE: u32 = 3;
 
 /// A gage of the second module reads far too much; the controller trusts it, and gages of both
 /// modules really change.
@@ -109,11 +109,7 @@ fn freezes() -> Vec<Row> {
 }
 
 fn panics() -> Vec<Row> {
-    // A thread panics when it next reads the clock, which a stalled module or a run that has ended may put off for ever.
-    let panic = |fault, lasting, node, thread| Row {
-        steps: ONSET + 9950,
-        ..row(fault, lasting, Panic::of(node, thread))
-    };
+    let panic = |fault, lasting, node, thread| row(fault, lasting, Panic::of(node, thread));
     vec![
         panic("panic of module1's events thread", DURING, Node::Module1, "events"),
         panic("panic of module2's events thread", DURING, Node::Module2, "events"),

@@ -94,7 +94,7 @@ impl EventFeed {
                 self.module(&key).map_or_else(Vec::new, |module| module.status(&status, now))
             }
             Incoming::Token(key, there) => {
-                self.presence(&key, there);
+                self.presence(&key, there, now);
                 let (structure, module) = key;
                 self.token(structure, module.to_string(), there, now)
             }
@@ -173,10 +173,10 @@ impl EventFeed {
         }
     }
 
-    fn presence(&mut self, key: &ModuleKey, there: bool) {
+    fn presence(&mut self, key: &ModuleKey, there: bool, now: Instant) {
         match self.known_or_new(key) {
             Some(module) if there => module.appear(),
-            Some(module) => module.disappear(),
+            Some(module) => module.disappear(now),
             None => {}
         }
     }

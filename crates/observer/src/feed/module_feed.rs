@@ -149,9 +149,11 @@ impl ModuleFeed {
         self.retries.forgive();
     }
 
-    /// Handles the module's disappearance: it is not queried until it publishes again.
-    pub(super) fn disappear(&mut self) {
+    /// Handles the module's disappearance: it is not queried until it publishes again, and what is missing of it is not
+    /// given up while it may be restarting.
+    pub(super) fn disappear(&mut self, now: Instant) {
         self.heard = None;
+        self.retries.await_return(now);
     }
 
     /// Handles a published transition.

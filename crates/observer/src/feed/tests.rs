@@ -108,6 +108,10 @@ impl Bench {
         self.note(news);
     }
 
+    fn token(&mut self, there: bool) {
+        self.feed.presence(&key(), there, self.now);
+    }
+
     fn question(&mut self) -> Option<ModuleQuery> {
         let (_, wish) = self.feed.question(self.now)?;
         Some(wish)
@@ -178,7 +182,7 @@ fn at_first_the_present_alarms_are_told_and_nothing_of_the_past() {
 #[test]
 fn a_module_that_was_not_there_at_first_is_asked_when_it_appears() {
     let mut bench = Bench::of(Vec::new());
-    bench.feed.presence(&key(), true);
+    bench.token(true);
     assert_eq!(bench.question(), Some(ModuleQuery::Present));
     assert_eq!(bench.question(), None, "one question at a time");
     bench.published(transition(4));
@@ -257,8 +261,8 @@ fn what_comes_within_a_second_of_the_status_is_not_asked_for() {
 #[test]
 fn a_module_that_appears_again_is_asked_what_was_missed_and_its_journal_has_it() {
     let mut bench = Bench::at(3);
-    bench.feed.presence(&key(), false);
-    bench.feed.presence(&key(), true);
+    bench.token(false);
+    bench.token(true);
     assert_eq!(bench.question(), Some(ModuleQuery::Present));
     bench.present(vec![transition(3), transition(5), transition(2)]);
     assert_eq!(bench.question(), Some(ModuleQuery::History(4)));
@@ -279,7 +283,7 @@ fn what_a_restarted_module_publishes_again_is_not_handed_out_again() {
 #[test]
 fn without_a_journal_the_present_is_handed_out_and_the_rest_reported() {
     let mut bench = Bench::at(3);
-    bench.feed.presence(&key(), true);
+    bench.token(true);
     assert_eq!(bench.question(), Some(ModuleQuery::Present));
     bench.present(vec![transition(3), transition(5), transition(7)]);
     for pause in [0, 200, 400] {
@@ -326,6 +330,40 @@ fn a_gap_at_the_end_that_cannot_be_filled_is_reported_once_and_still_filled_late
     assert_eq!(bench.question(), Some(ModuleQuery::History(4)));
     bench.page(4, Ok(page(vec![transition(4), transition(5)], 6, false)));
     assert_eq!(bench.numbers(), [4, 5]);
+}
+
+#[test]
+fn what_a_module_published_before_it_restarted_is_not_given_up_while_it_is_away() {
+    let mut bench = Bench::at(3);
+    bench.published(transition(6));
+    assert_eq!(bench.question(), Some(ModuleQuery::History(4)));
+    bench.token(false);
+    bench.page(4, Err("no answer within 1s".into()));
+    for _ in 0..5 {
+        bench.later(SECOND);
+        assert_eq!(bench.question(), None, "it is away");
+    }
+    bench.token(true);
+    bench.question();
+    bench.present(vec![transition(6)]);
+    assert_eq!(bench.question(), Some(ModuleQuery::History(4)));
+    bench.page(4, Ok(page(vec![transition(4), transition(5), transition(6)], 7, false)));
+    assert_eq!((bench.numbers(), bench.missed), (vec![4, 5, 6], vec![]));
+}
+
+#[test]
+fn what_a_module_published_that_does_not_come_back_is_given_up() {
+    let mut bench = Bench::at(3);
+    bench.published(transition(6));
+    bench.token(false);
+    bench.later(11 * SECOND);
+    while bench.missed.is_empty() {
+        bench.later(SECOND);
+        if bench.question().is_some() {
+            bench.page(4, Err("no answer within 1s".into()));
+        }
+    }
+    assert_eq!((bench.numbers(), bench.missed), (vec![6], vec![(4, 5)]));
 }
 
 #[test]
@@ -439,7 +477,7 @@ fn a_module_without_a_status_is_looked_at_now_and_then_unless_it_is_gone() {
     bench.status(4, 400, false);
     bench.later(LOOK_EVERY / 2);
     assert_eq!(bench.question(), None, "the status suffices");
-    bench.feed.presence(&key(), false);
+    bench.token(false);
     bench.later(LOOK_EVERY);
     assert_eq!(bench.question(), None);
 }
@@ -447,7 +485,7 @@ fn a_module_without_a_status_is_looked_at_now_and_then_unless_it_is_gone() {
 #[test]
 fn an_answer_that_was_overtaken_changes_nothing() {
     let mut bench = Bench::at(3);
-    bench.feed.presence(&key(), true);
+    bench.token(true);
     assert_eq!(bench.question(), Some(ModuleQuery::Present));
     bench.published(transition(4));
     bench.present((1..=3).map(transition).collect());
