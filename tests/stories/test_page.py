@@ -112,10 +112,14 @@ def test_an_operator_handles_faults_on_the_page(site):
     expect(background).to_have_title(re.compile(r"^\([2-9]\) "))
     every_look_is_accessible_and_fits(site)
     the_wall_is_read_from_afar_on_one_screen(site)
+    phone = grace_acknowledges_on_her_phone(site)
     a_script_in_a_note_is_text(adas)
+    what_was_typed_survives_a_session(site, adas)
     without_script_and_by_keyboard(site)
     a_killed_diagnoser_is_among_the_alarms(site, page)
+    what_happened_can_be_printed(site)
     a_page_whose_server_has_ended_says_that_it_is_old(site, page)
+    her_phone_stays_signed_in_until_it_is_signed_out(site, phone)
 
 
 def with_nothing_behind_it(site, page):
@@ -209,6 +213,7 @@ def every_look_is_accessible_and_fits(site):
         "module": "/module/module1",
         "history": "/history",
         "events": "/events",
+        "report": "/report",
     }
     for look, (scheme, size) in LOOKS.items():
         page = site.page("/", scheme, size)
@@ -244,6 +249,72 @@ def the_wall_is_read_from_afar_on_one_screen(site):
         site.pictures.mkdir(parents=True, exist_ok=True)
         page.screenshot(path=site.pictures / f"wall-{name}.png")
         page.context.close()
+
+
+def grace_acknowledges_on_her_phone(site):
+    """In the list, at the thumb; her device stays signed in."""
+    page = site.page(site.link("grace"), size=PHONE, has_touch=True, is_mobile=True)
+    page.get_by_label("Keep this device signed in").check()
+    page.get_by_role("button", name=re.compile("sign in", re.I)).tap()
+    row = attention(page, OTHER)
+    expect(row.get_by_role("button", name="Acknowledge")).to_be_visible()
+    assert page.evaluate("document.querySelector('.acknowledge button').getBoundingClientRect().height") >= 44
+    row.get_by_role("checkbox").check()
+    page.locator("#several").get_by_label("Note").fill("on my way")
+    # The list is updated every second meanwhile; what is selected stays so.
+    page.wait_for_timeout(2500)
+    expect(row.get_by_role("checkbox")).to_be_checked()
+    site.is_accessible(page)
+    page.screenshot(path=site.pictures / "phone-acknowledge.png")
+    page.locator("#several").get_by_role("button").tap()
+    expect(page.locator(".message")).to_contain_text(re.compile("acknowledged", re.I))
+    expect(attention(page, OTHER).get_by_role("button")).to_have_count(0)
+    assert ("web", "grace", "on my way") in site.orders()
+    assert "grace" in trusswatch("web", "devices", *site.state)
+    return page
+
+
+def what_was_typed_survives_a_session(site, page):
+    """The session ends while an order is written; after signing in again the words are still there."""
+    path = f"/component/{CYLINDER}"
+    page.goto(path)
+    form = page.locator("form[action='/order/shelve']")
+    form.get_by_label(re.compile("reason", re.I)).fill("the pump is being changed")
+    page.context.clear_cookies()
+    form.get_by_role("button").click()
+    expect(page.locator("body")).to_contain_text("sign in first")
+    page.goto(site.link("ada").removeprefix(site.address))
+    page.get_by_role("button", name=re.compile("sign in", re.I)).click()
+    page.goto(path)
+    expect(form.get_by_label(re.compile("reason", re.I))).to_have_value("the pump is being changed")
+
+
+def what_happened_can_be_printed(site):
+    """The report of the period, and the page of a fault."""
+    page = site.page("/report")
+    faults = page.get_by_role("region", name="Faults").locator("tbody tr")
+    expect(faults.filter(has_text=GAGE)).to_contain_text("by ada")
+    expect(faults.filter(has_text=OTHER)).to_contain_text("by grace")
+    expect(page.locator(".notes")).to_contain_text("module2")
+    site.is_accessible(page)
+    page.pdf(path=site.pictures / "report.pdf")
+    page.screenshot(path=site.pictures / "report.png", full_page=True)
+    faults.filter(has_text=OTHER).get_by_role("link").click()
+    expect(page.locator("h1")).to_contain_text("bias of")
+    expect(page.locator("table.history")).to_contain_text("on my way")
+    expect(page.locator(".place")).to_contain_text("level")
+    site.is_accessible(page)
+    page.emulate_media(media="print")
+    page.screenshot(path=site.pictures / "incident-print.png", full_page=True)
+
+
+def her_phone_stays_signed_in_until_it_is_signed_out(site, page):
+    """Also over a restart of the page."""
+    page.goto("/")
+    expect(page.locator("#person")).to_contain_text("grace")
+    assert "1 signed out" in trusswatch("web", "devices", "--sign-out", "grace", *site.state)
+    page.goto("/")
+    expect(page.locator("#person")).to_contain_text("sign in")
 
 
 def a_script_in_a_note_is_text(page):
@@ -286,6 +357,10 @@ def a_killed_diagnoser_is_among_the_alarms(site, page):
     titles = page.locator('#signs a[href^="/component/module2/"] title').all_text_contents()
     assert titles and not [title for title in titles if "normal" in title], titles
     page.screenshot(path=site.pictures / "overview-silent.png")
+    history = site.page("/history?module=module2")
+    expect(history.locator(".notes")).to_contain_text("what follows is what this page heard of it")
+    expect(history.locator("table.history")).to_contain_text("module2")
+    expect(history.locator("table.history")).to_contain_text("GONE")
     site.rig.diagnoser("module2", site.configs)
     expect(page.locator("#counts")).not_to_contain_text("unknown")
 

@@ -16,7 +16,7 @@ use crate::ledger::{Detection, Ledger, is_open};
 use crate::question::PeerFailure;
 use crate::settings::ModuleSetup;
 use crate::state::{
-    Conclusion, Condition, Departed, Detectors, Reaction, WindowFinding, WindowLength,
+    Conclusion, Condition, Departed, Detectors, Reaction, Shares, WindowFinding, WindowLength,
 };
 use vocabulary::{Doubt, Evidence, StateAnswer, StateQuestion, Symptom, Verdict};
 
@@ -61,6 +61,11 @@ impl Comparing {
     /// The end of the last window that a component agreed in before it began to depart, if it departs in the latest long one.
     pub(crate) fn agreed_before(&self, channel: usize) -> Option<Step> {
         self.detectors.as_ref()?.agreed_before(channel)
+    }
+
+    /// How near a component is to its limits.
+    pub(crate) fn shares(&self, channel: usize) -> Shares {
+        self.detectors.as_ref().map(|known| known.shares(channel)).unwrap_or_default()
     }
 
     pub(crate) fn condition(&self, channel: usize) -> &Condition {

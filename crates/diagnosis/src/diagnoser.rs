@@ -19,12 +19,12 @@ use crate::judging::Judging;
 use crate::leaking::Leaking;
 use crate::sample::Measurements;
 use crate::settings::{ModuleSetup, Sampling, SetupError};
-use crate::state::{Condition, WindowLength, WindowMeans};
+use crate::state::{Condition, Shares, WindowLength, WindowMeans};
 use crate::verdict::Transition;
 use vocabulary::fault::FaultKind;
 use vocabulary::{
-    CorrectedReadings, Counters, Evidence, PastWatch, ReplacedReading, StateAnswer, StateQuestion,
-    Verdict,
+    CorrectedReadings, Counters, Evidence, Margins, PastWatch, ReplacedReading, StateAnswer,
+    StateQuestion, Verdict,
 };
 
 /// The state that survives a restart. The shell stores it and passes it to
@@ -351,6 +351,18 @@ impl Diagnoser {
     /// The condition of each component, in the order of [`Diagnoser::components`].
     pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
         (0..self.channels.components().len()).map(|channel| self.condition(channel))
+    }
+
+    /// How near a channel is to being found to depart from its reference; of the change itself, see
+    /// [`Diagnoser::excess`].
+    #[must_use]
+    pub fn margins(&self, channel: usize) -> Margins {
+        let unknown = Margins::unknown(self.components()[channel].clone());
+        if let Some(learned) = self.channels.learned() {
+            return Margins { departure: learned.share(channel), ..unknown };
+        }
+        let Shares { departure, oil_content, scatter } = self.comparing.shares(channel);
+        Margins { departure, oil_content, scatter, ..unknown }
     }
 
     pub(crate) fn condition(&self, channel: usize) -> &Condition {

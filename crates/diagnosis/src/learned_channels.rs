@@ -151,6 +151,12 @@ impl LearnedChannels {
         &self.conditions[channel]
     }
 
+    /// How near a channel is to its limit in the latest window, negative if its reading is too small.
+    pub(crate) fn share(&self, channel: usize) -> Option<f64> {
+        let found = self.judge.standing(channel).found?;
+        Some((found.statistic / found.threshold).copysign(found.size))
+    }
+
     /// By how much the channel's readings are too large.
     pub(crate) fn departure(&self, channel: usize) -> Option<f64> {
         self.judge.standing(channel).found.map(|found| found.size)

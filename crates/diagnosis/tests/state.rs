@@ -151,6 +151,44 @@ fn a_creeping_gage_is_found() {
 }
 
 #[test]
+fn a_component_is_found_when_its_share_of_the_limit_reaches_one() {
+    let mut bench = commissioned();
+    bench.run(SETTLED);
+    let share = |bench: &Bench| {
+        let components = bench.diagnoser.components().iter();
+        let place = components.map(ToString::to_string).position(|own| own == "sensor/g1");
+        bench.diagnoser.margins(place.unwrap()).departure
+    };
+    let (mut largest, mut before) = (0.0_f64, Vec::new());
+    while bench.latched().is_empty() {
+        for _ in 0..1000 {
+            bench.signals.gage_offsets[0] -= 2e-11;
+            bench.run(1);
+        }
+        if bench.latched().is_empty() {
+            let share = share(&bench).unwrap();
+            largest = largest.min(share);
+            before.push(share);
+        }
+        assert!(before.len() < 100);
+    }
+    // It is negative, as the gage reads too little, and grows. Two windows have to depart.
+    assert!((-1.3..-0.8).contains(&largest), "{before:?}");
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let (first, second) = before.split_at(before.len() / 2);
+    assert!(mean(second) < mean(first) - 0.2, "{before:?}");
+    // What is known to be faulty is at no distance from a limit.
+    bench.run(2000);
+    assert_eq!(share(&bench), None);
+    for channel in 0..bench.diagnoser.components().len() {
+        let margins = bench.diagnoser.margins(channel);
+        for (test, share) in margins.shares() {
+            assert!(share.is_none_or(|share| share.abs() < 1.0), "{} {test}", margins.component);
+        }
+    }
+}
+
+#[test]
 fn a_cylinder_that_loses_oil_is_found_though_its_force_is_right() {
     let mut bench = commissioned();
     for _ in 0..SETTLED + 2000 {

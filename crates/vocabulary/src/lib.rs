@@ -121,7 +121,7 @@ pub use shelving::{Aside, SHELVING_SECONDS, Shelving, Span};
 pub use signal::Signal;
 pub use state::{ActuatorFault, Alarm, StateAnswer, StateQuestion};
 pub use status::{
-    CounterMetric, Counters, InquiryCounters, IntakeCounters, JournalStatus, ModuleStatus,
+    CounterMetric, Counters, InquiryCounters, IntakeCounters, JournalStatus, Margins, ModuleStatus,
     PeerOutcome, PeerStatus, PublisherCounters,
 };
 pub use step::{RunId, Step};

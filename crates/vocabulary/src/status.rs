@@ -1,6 +1,6 @@
 //! How a module's diagnoser is.
 
-use crate::{ModuleName, RunId, Step, StructureName};
+use crate::{Component, ModuleName, RunId, Step, StructureName};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +66,8 @@ pub struct ModuleStatus {
     pub diagnosis: Counters,
     /// What went out.
     pub publisher: PublisherCounters,
+    /// How near each component is to its limits.
+    pub margins: Vec<Margins>,
     /// When this was published \[ns since 1970\].
     pub time_unix_ns: u64,
 }
@@ -102,8 +104,44 @@ impl ModuleStatus {
             inquiries: InquiryCounters::default(),
             diagnosis: Counters::default(),
             publisher: PublisherCounters::default(),
+            margins: Vec::new(),
             time_unix_ns: 0,
         }
+    }
+}
+
+/// How near a component is to its limits: of each test, its statistic as a share of the threshold, with the sign of the
+/// deviation. At 1 and -1 a fault is found. `null` while the test says nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Margins {
+    /// The component.
+    pub component: Component,
+    /// Of the divergence, the largest since the status before, less what a cylinder's demand explains of it.
+    pub change: Option<f64>,
+    /// Of its mean against its reference, in the latest window in which peers were asked; in a learned module, of its
+    /// reading.
+    pub departure: Option<f64>,
+    /// Of a cylinder's oil content against its reference.
+    pub oil_content: Option<f64>,
+    /// Of the logarithm of a gage's white noise against its reference.
+    pub scatter: Option<f64>,
+}
+
+impl Margins {
+    /// The names of the tests.
+    pub const TESTS: [&str; 4] = ["change", "departure", "oil_content", "scatter"];
+
+    /// Of a component of which no test says anything.
+    #[must_use]
+    pub fn unknown(component: Component) -> Self {
+        Self { component, change: None, departure: None, oil_content: None, scatter: None }
+    }
+
+    /// Each test with its share of the limit.
+    #[must_use]
+    pub fn shares(&self) -> [(&'static str, Option<f64>); Self::TESTS.len()] {
+        let shares = [self.change, self.departure, self.oil_content, self.scatter];
+        std::array::from_fn(|test| (Self::TESTS[test], shares[test]))
     }
 }
 

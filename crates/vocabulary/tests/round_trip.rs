@@ -12,8 +12,8 @@ use vocabulary::{
     Condition, Corrected, CorrectedReadings, CylinderCapability, CylinderMeans, DecodeError,
     Divergences, Doubt, Evidence, FaultSize, FaultState, FaultTransition, GageMeans, GivenOrder,
     GivenOrderKind, HistoryPage, Identification, IdentifiedKind, Injected, Injection,
-    JournalStatus, Key, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Obstacle, Order,
-    PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress,
+    JournalStatus, Key, Margins, Message, ModuleName, ModulePhase, ModuleStatus, Obeyed, Obstacle,
+    Order, PeerOutcome, PeerStatus, PhaseChange, PlantPhase, PlantStatus, PresentFault, Progress,
     ReadingSource, Refused, ReplacedReading, RunId, Sample, Shelving, Signature, SignaturePoint,
     StateAnswer, StateQuestion, Step, Stroke, StrokeBegun, StructureName, Symptom, Topic, Unknown,
     VERSION, Verdict, WindowLength, WindowMeans, decode, encode,
@@ -583,6 +583,11 @@ fn statuses_are_read_back() {
         intake: vocabulary::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
         diagnosis: vocabulary::Counters { samples: 3001, ..Default::default() },
         publisher: vocabulary::PublisherCounters { events: 5, ..Default::default() },
+        margins: vec![Margins {
+            change: Some(0.25),
+            departure: Some(-0.5),
+            ..Margins::unknown("sensor/g1".parse().unwrap())
+        }],
         time_unix_ns: 10,
     };
     assert_eq!(back(&status), status);

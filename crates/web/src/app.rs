@@ -8,8 +8,9 @@ use axum::http::StatusCode;
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::Response;
 use axum::routing::get;
-use maud::html;
+use maud::{Markup, html};
 use shell::shutdown::Shutdown;
+use vocabulary::words::printable;
 use vocabulary::{OperatorName, StructureName};
 
 use crate::access::{Access, Viewer};
@@ -20,7 +21,8 @@ use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
 use crate::{
-    access, assets, component, events, history, metrics, module, orders, overview, stream, wall,
+    access, assets, component, events, history, look, metrics, module, orders, overview, report,
+    stream, wall,
 };
 
 /// The state shared by all request handlers.
@@ -46,6 +48,19 @@ pub(crate) struct App {
     pub(crate) shutdown: Shutdown,
 }
 
+impl App {
+    /// What is wrong with the page itself: notifications that do not get through, records that cannot be kept.
+    pub(crate) fn troubles(&self) -> Markup {
+        let unkept = self.observed.memory.problem();
+        html! {
+            (self.notifier.banner())
+            @if let Some(problem) = unkept {
+                p.banner { (look::sign("unconfirmed")) "What this page hears is not kept: " (printable(&problem)) }
+            }
+        }
+    }
+}
+
 /// Shared reference for handlers.
 pub(crate) type Shared = Arc<App>;
 
@@ -62,10 +77,13 @@ fn pages(app: Shared) -> Router {
         .route("/module/{name}", get(module::page))
         .route("/history", get(history::page))
         .route("/events", get(events::page))
+        .route("/report", get(report::page))
+        .route("/incident", get(report::incident))
         .route("/stream", get(stream::stream))
         .route("/fragments", get(stream::fragments))
         .route("/page.css", get(assets::style))
         .route("/page.js", get(assets::script))
+        .route(assets::MANIFEST_PATH, get(assets::manifest))
         .route(assets::ICON_PATH, get(assets::icon))
         .route(assets::ALARM_ICON_PATH, get(assets::alarm_icon))
         .route("/healthz", get(metrics::healthz))

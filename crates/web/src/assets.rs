@@ -14,6 +14,11 @@ const ALARM_FILL: &str = "#b3261e";
 pub(crate) const ICON_PATH: &str = "/icon.svg";
 pub(crate) const ALARM_ICON_PATH: &str = "/alarm.svg";
 
+/// What a phone installs.
+pub(crate) const MANIFEST_PATH: &str = "/page.webmanifest";
+const MANIFEST: &str = r##"{"name":"trusswatch","short_name":"trusswatch","start_url":".","scope":".","display":"standalone",
+"background_color":"#fbfbfa","theme_color":"#1d3b53","icons":[{"src":"icon.svg","sizes":"any","type":"image/svg+xml"}]}"##;
+
 /// Another version of the program has different assets: browsers revalidate them with every page; they are small.
 const CACHING: &str = "no-cache";
 
@@ -32,4 +37,8 @@ pub(crate) async fn icon() -> impl IntoResponse {
 pub(crate) async fn alarm_icon() -> impl IntoResponse {
     let icon = ICON.replace(CALM_FILL, ALARM_FILL);
     ([(CONTENT_TYPE, "image/svg+xml"), (CACHE_CONTROL, CACHING)], icon)
+}
+
+pub(crate) async fn manifest() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "application/manifest+json"), (CACHE_CONTROL, CACHING)], MANIFEST)
 }

@@ -50,7 +50,8 @@ pub(crate) fn of_module(viewer: &Viewer, module: &ModuleView, back: &str) -> Mar
     }
 }
 
-fn may_order(viewer: &Viewer) -> Option<&Person> {
+/// The user, if one who may send orders.
+pub(crate) fn may_order(viewer: &Viewer) -> Option<&Person> {
     viewer.person.as_ref().filter(|person| person.may_order)
 }
 

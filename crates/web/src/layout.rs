@@ -21,8 +21,13 @@ pub(crate) struct Page<'a> {
     pub(crate) scene: &'a Scene,
 }
 
-const PLACES: [(&str, &str); 4] =
-    [("/", "Overview"), ("/events", "Events"), ("/history", "History"), ("/wall", "Wall")];
+const PLACES: [(&str, &str); 5] = [
+    ("/", "Overview"),
+    ("/events", "Events"),
+    ("/history", "History"),
+    ("/report", "Report"),
+    ("/wall", "Wall"),
+];
 
 impl Page<'_> {
     /// Wraps this main part into a page.
@@ -46,6 +51,8 @@ impl Page<'_> {
                     title #title { (title(self.scene, self.title)) }
                     link #icon rel="icon" href=(icon(self.scene)) type="image/svg+xml";
                     link rel="stylesheet" href="/page.css";
+                    link rel="manifest" href=(assets::MANIFEST_PATH) crossorigin="use-credentials";
+                    meta name="theme-color" content="#1d3b53";
                     script src="/page.js" defer {}
                 }
                 body data-live=(self.live) {

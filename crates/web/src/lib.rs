@@ -11,10 +11,12 @@
 //! | `look`, `drawing` | how states look; draws the structure with the states of its components |
 //! | `layout`, `assets` | the common layout; style sheet and script |
 //! | `overview`, `component`, `module`, `history`, `events` | the pages |
+//! | `report` | a period, and a fault, for the files |
 //! | `forms` | forms for orders |
 //! | `live_page`, `part` | a page that is kept up to date, and its parts |
 //! | `stream` | sends changed parts of pages |
 //! | `observed` | the scene and answers of modules, shared by all pages |
+//! | `memory` | events and margins that are kept on disk |
 //! | `hub` | background work shared by viewers |
 //! | `metrics` | `/metrics` and `/healthz` |
 
@@ -31,6 +33,7 @@ mod layout;
 mod listener;
 mod live_page;
 mod look;
+mod memory;
 mod metrics;
 mod module;
 mod notifier;
@@ -38,6 +41,7 @@ mod observed;
 mod orders;
 mod overview;
 mod part;
+mod report;
 mod server;
 mod stream;
 #[cfg(test)]
@@ -47,6 +51,9 @@ mod tests;
 mod view;
 mod wall;
 
-pub use access::{LinkError, NoRandomness, PersonName, PersonNameError, VALID, one_time_link};
+pub use access::{
+    Device, LinkError, NoRandomness, PersonName, PersonNameError, VALID, devices, one_time_link,
+    sign_out_devices,
+};
 pub use listener::{ListenError, PageAccess, PageAddress, PageAddressError};
 pub use server::{WebConfig, run};

@@ -5,14 +5,16 @@ use axum::response::Response;
 use maud::{Markup, html};
 use observer::{ModuleId, ModuleView, rows};
 use vocabulary::words::{NOTHING, printable};
-use vocabulary::{ModuleName, ModuleStatus, PeerStatus};
+use vocabulary::{Component, ComponentPath, Margins, ModuleName, ModuleStatus, PeerStatus};
 
 use crate::access::Viewer;
 use crate::app::Shared;
+use crate::component::margins::{forecasts, meter};
 use crate::forms;
 use crate::layout::{Page, not_reported, unknown};
 use crate::live_page::{LivePage, PageParameters};
 use crate::look;
+use crate::memory::ModuleTrends;
 use crate::overview::{alarms, modules};
 use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
@@ -27,6 +29,9 @@ const PEER_COLUMNS: [(&str, bool); 7] = [
     ("disputed", true),
     ("latest refusal", false),
 ];
+
+/// The tests of [`vocabulary::Margins`], as columns.
+const MARGIN_COLUMNS: [&str; Margins::TESTS.len()] = ["change", "mean", "oil content", "noise"];
 
 /// `/module/{name}`
 pub(crate) async fn page(
@@ -47,7 +52,11 @@ pub(crate) async fn page(
             let title = title(&module.id());
             let live = LivePage::Module(module.id()).parameters();
             let page = Page { title: &title, place: "", live, viewer: &viewer, scene: &scene };
-            page.respond(&main(&view, &viewer, module))
+            let trends = match &module.structure {
+                Some(structure) => app.observed.trends(structure, &module.module).await,
+                None => None,
+            };
+            page.respond(&main(&view, &viewer, module, trends.as_deref()))
         }
         Err(problem) => unknown(&viewer, &scene, &problem),
     }
@@ -66,7 +75,12 @@ pub(crate) fn parts(view: &LinkedScene<'_>, id: &ModuleId) -> Vec<PagePart> {
     }
 }
 
-fn main(view: &LinkedScene<'_>, viewer: &Viewer, module: &ModuleView) -> Markup {
+fn main(
+    view: &LinkedScene<'_>,
+    viewer: &Viewer,
+    module: &ModuleView,
+    trends: Option<&ModuleTrends>,
+) -> Markup {
     let back = view.module(module.structure.as_ref(), &module.module);
     html! {
         @if let Some(structure) = &module.structure {
@@ -74,6 +88,7 @@ fn main(view: &LinkedScene<'_>, viewer: &Viewer, module: &ModuleView) -> Markup 
         }
         h1 { (module.module) }
         div #module { (body(view, module)) }
+        @if let Some(trends) = trends { (coming_nearer(view, module, trends)) }
         (forms::of_module(viewer, module, &back))
         p { a href={ "/history?module=" (module.module) } { "What its journal holds" } }
     }
@@ -90,7 +105,56 @@ fn body(view: &LinkedScene<'_>, module: &ModuleView) -> Markup {
             @if components.is_empty() { p.nothing { "Their states are unknown." } }
             (alarms::list(view, &components))
         }
+        @if let Some(status) = module.status.as_ref().filter(|_| !module.is_silent) {
+            section { h2 { "How near to their limits" } (margins(view, module, status)) }
+        }
         @if let Some(status) = &module.status { (peers(view, module, status)) (software(module, status)) }
+    }
+}
+
+/// How near each component is to its limits at present.
+fn margins(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -> Markup {
+    let path = |component: &Component| ComponentPath {
+        module: module.module.clone(),
+        component: component.clone(),
+    };
+    html! {
+        div.wide tabindex="0" role="region" aria-label="Margins" { table.margins {
+            thead { tr {
+                th scope="col" { "component" }
+                @for name in MARGIN_COLUMNS { th scope="col" { (name) } }
+            } }
+            tbody { @for margins in &status.margins { tr {
+                th scope="row" {
+                    a href=(view.component(module.structure.as_ref(), &path(&margins.component))) { (margins.component) }
+                }
+                @for (_, share) in margins.shares() { td { (meter(share)) } }
+            } } }
+        } }
+        p.note { "Shares of the limits: at 1 a fault is found. Of the change, the largest of the last second." }
+    }
+}
+
+/// The components that come nearer to a limit, with the date.
+fn coming_nearer(view: &LinkedScene<'_>, module: &ModuleView, trends: &ModuleTrends) -> Markup {
+    let dated: Vec<_> = module
+        .components
+        .iter()
+        .flat_map(|known| {
+            let forecasts = forecasts(trends, &known.component.component);
+            forecasts.into_iter().map(move |forecast| (known, forecast))
+        })
+        .collect();
+    html! {
+        @if !dated.is_empty() {
+            section {
+                h2 { "Coming nearer to a limit" }
+                ul.notes { @for (known, (test, forecast)) in &dated { li {
+                    a href=(view.component(Some(&known.structure), &known.component)) { (known.component) }
+                    ", " (test) ": " (forecast.words())
+                } } }
+            }
+        }
     }
 }
 

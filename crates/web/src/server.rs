@@ -20,6 +20,7 @@ use crate::access::{Access, AccessSettings};
 use crate::app::{App, Shared, router};
 use crate::drawing::LinkedDrawing;
 use crate::listener::{Listener, PageAccess};
+use crate::memory::Memory;
 use crate::metrics::Metrics;
 use crate::notifier::Notifier;
 use crate::observed::Observed;
@@ -45,7 +46,7 @@ pub struct WebConfig {
     pub access: PageAccess,
     /// The structure to draw.
     pub drawing: Option<Structure>,
-    /// The directory for persistent state: one-time links.
+    /// The directory for persistent state: one-time links, and what the page keeps of what it has heard.
     pub state_dir: Option<PathBuf>,
     /// Timeout for answers of modules.
     pub timeout: Duration,
@@ -62,8 +63,9 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     make_state_directory(&config)?;
     let unserved = |error| Failure::running("the page is not served", error);
     let listener = Listener::bind(config.listen, &config.access).await.map_err(unserved)?;
-    let app = app(config, &supervisor, shutdown.clone());
+    let app = app(config, &supervisor, shutdown.clone())?;
     let outcome = serve_until_done(&app, &supervisor, listener, shutdown).await;
+    app.observed.memory.close();
     if let Some(session) = app.observed.session() {
         session::close(&session).await;
     }
@@ -81,7 +83,12 @@ fn make_state_directory(config: &WebConfig) -> Result<(), Failure> {
 }
 
 /// The shared state of request handlers. Opens the session in the background.
-pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown) -> Shared {
+pub(crate) fn app(
+    config: WebConfig,
+    supervisor: &Supervisor,
+    shutdown: Shutdown,
+) -> Result<Shared, Failure> {
+    let state = config.state_dir.clone();
     let access = AccessSettings {
         site: config.access.site(),
         require_sign_in: config.access.require_sign_in,
@@ -95,8 +102,11 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         let network = network.clone();
         async move { session::open_within(&network, timeout).await }
     };
-    Arc::new(App {
-        observed: Arc::new(Observed::new(Live::start(open, structure.clone(), expected), timeout)),
+    let live = Live::start(open, structure.clone(), expected);
+    let memory = Memory::start(state.as_deref(), &live)
+        .map_err(|problem| Failure::running("what the page has kept cannot be opened", problem))?;
+    Ok(Arc::new(App {
+        observed: Arc::new(Observed::new(live, memory, timeout)),
         access: Arc::new(Access::new(access)),
         structure,
         operator,
@@ -105,7 +115,7 @@ pub(crate) fn app(config: WebConfig, supervisor: &Supervisor, shutdown: Shutdown
         metrics: Metrics::new(supervisor.pulse()),
         notifier: Notifier::watching(notifier),
         shutdown,
-    })
+    }))
 }
 
 /// Why this process may not send commands, if so: on a network with access control only operators may send commands, and the process has no

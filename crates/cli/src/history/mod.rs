@@ -118,6 +118,7 @@ fn document(reading: &JournalReading, journals: &Journals<'_>) -> Value {
             }
             JournalEntry::Identification(found) => identifications.push(output::with(found, time)),
             JournalEntry::Phase(change) => phases.push(output::with(change, time)),
+            JournalEntry::Observed(..) => {}
         }
     }
     let module = |history: &ModuleHistory| {

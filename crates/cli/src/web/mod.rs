@@ -1,5 +1,6 @@
 //! `trusswatch web`: serves the web page.
 
+mod devices;
 mod one_time_link;
 
 use std::net::SocketAddr;
@@ -13,6 +14,7 @@ use web::PageAccess;
 use crate::failure::Failure;
 use crate::link::Link;
 use crate::model;
+use devices::DevicesArguments;
 use one_time_link::OneTimeLinkArguments;
 
 /// Serve a web page of the structure: alarms, drawing, evidence, history
@@ -34,7 +36,7 @@ pub(crate) struct Arguments {
     /// Modules that should be present; a missing one is shown as not answering
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// Directory of one-time links, sessions and scheduled commands
+    /// Directory of one-time links, and of what the page keeps: events, and margins with their trends
     #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
     state_dir: Option<PathBuf>,
     /// Health address of `trusswatch notify`: the overview says when notifications are not delivered
@@ -52,6 +54,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, clap::Subcommand)]
 enum WebCommand {
     Link(OneTimeLinkArguments),
+    Devices(DevicesArguments),
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
@@ -59,8 +62,10 @@ fn address(text: &str) -> Result<SocketAddr, String> {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
-    if let Some(WebCommand::Link(arguments)) = &arguments.command {
-        return one_time_link::run(arguments);
+    match &arguments.command {
+        Some(WebCommand::Link(arguments)) => return one_time_link::run(arguments),
+        Some(WebCommand::Devices(arguments)) => return devices::run(arguments),
+        None => {}
     }
     check(arguments)?;
     logging::start();

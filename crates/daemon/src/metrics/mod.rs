@@ -181,9 +181,18 @@ mod tests {
                 format!("trusswatch_component_acknowledged{{{own},component=\"{component}\"}}");
             assert_eq!(value(&text, &sample), acknowledged, "{component}");
         }
-        let ratio = format!("trusswatch_divergence_ratio{{{own},component=\"actuator/a1\"}}");
-        assert_eq!(value(&text, &ratio), 422.5);
-        let undefined = format!("trusswatch_divergence_ratio{{{own},component=\"sensor/g2\"}}");
+        let status = module_report(ModulePhase::InService).status;
+        let shares = status.margins[0].shares().into_iter();
+        let known: Vec<_> = shares.filter_map(|(test, share)| Some((test, share?))).collect();
+        assert_eq!(
+            known.iter().map(|(test, _)| *test).collect::<Vec<_>>(),
+            ["change", "oil_content"]
+        );
+        for (test, share) in known {
+            let labels = format!("{{{own},component=\"actuator/a1\",test=\"{test}\"}}");
+            assert_eq!(value(&text, &format!("trusswatch_limit_ratio{labels}")), share);
+        }
+        let undefined = format!("trusswatch_limit_ratio{{{own},component=\"sensor/g2\"");
         assert!(!text.contains(&undefined), "{text}");
     }
 
@@ -253,6 +262,7 @@ mod tests {
             "version",
             "fingerprint",
             "how",
+            "test",
         ];
         for text in [module_text(), plant_text()] {
             for (sample, _) in samples(&text) {

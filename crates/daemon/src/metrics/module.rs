@@ -5,7 +5,8 @@ use std::fmt;
 use std::time::Duration;
 
 use vocabulary::{
-    Component, FaultState, IdentifiedKind, JournalStatus, ModulePhase, ModuleStatus, PeerStatus,
+    Component, FaultState, IdentifiedKind, JournalStatus, Margins, ModulePhase, ModuleStatus,
+    PeerStatus,
 };
 
 use shell::health::Sheet;
@@ -51,8 +52,6 @@ pub(crate) struct ModuleReport {
 pub(crate) struct ComponentReport {
     pub(crate) component: Component,
     pub(crate) state: FaultState,
-    /// Divergence by threshold; `None` while undefined.
-    pub(crate) ratio: Option<f64>,
     /// The shelving and suppression of its alarm.
     pub(crate) aside: Vec<AsideReport>,
 }
@@ -95,6 +94,7 @@ pub(super) fn write(report: &ModuleReport, sheet: &mut Sheet<'_>) -> fmt::Result
     let ModuleReport { status, components, identifications, reason: _ } = report;
     write_present(status, sheet)?;
     write_components(components, sheet)?;
+    write_margins(&status.margins, sheet)?;
     write_set_aside(status, components, sheet)?;
     let help = "Components that agree with their reference as of the latest window.";
     sheet.gauge("trusswatch_components_verified", help, status.verified)?;
@@ -150,13 +150,18 @@ fn write_components(components: &[ComponentReport], sheet: &mut Sheet<'_>) -> fm
         (component.component.to_string().into(), u64::from(is_acknowledged))
     });
     let help = "1 for a component whose fault an operator has acknowledged.";
-    sheet.gauges("trusswatch_component_acknowledged", help, "component", acknowledged)?;
-    let ratios = components.iter().filter_map(|component| {
-        let ratio = component.ratio.filter(|ratio| ratio.is_finite())?;
-        Some((component.component.to_string().into(), ratio))
+    sheet.gauges("trusswatch_component_acknowledged", help, "component", acknowledged)
+}
+
+fn write_margins(margins: &[Margins], sheet: &mut Sheet<'_>) -> fmt::Result {
+    let shares = margins.iter().flat_map(|of_component| {
+        of_component.shares().into_iter().filter_map(|(test, share)| {
+            let share = share.filter(|share| share.is_finite())?;
+            Some(([of_component.component.to_string(), test.to_owned()], share))
+        })
     });
-    let help = "Divergence by threshold; from 1 on it is a change.";
-    sheet.gauges("trusswatch_divergence_ratio", help, "component", ratios)
+    let help = "Statistic of a test as a share of its threshold, with the sign of the deviation; a fault is found at 1 and -1.";
+    sheet.gauges_of_two("trusswatch_limit_ratio", help, ["component", "test"], shares)
 }
 
 fn write_set_aside(

@@ -7,8 +7,8 @@ use shell::health::ProcessReport;
 use shell::supervision::Sign;
 use vocabulary::fault::FaultKind;
 use vocabulary::{
-    FaultState, IdentifiedKind, JournalStatus, ModulePhase, ModuleStatus, PeerOutcome, PeerStatus,
-    PlantPhase, PlantStatus, PresentFault, RunId, Step,
+    FaultState, IdentifiedKind, JournalStatus, Margins, ModulePhase, ModuleStatus, PeerOutcome,
+    PeerStatus, PlantPhase, PlantStatus, PresentFault, RunId, Step,
 };
 
 use super::{AsideReport, ComponentReport, IdentificationReport, KindReport, ModuleReport};
@@ -56,25 +56,32 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
             ..JournalStatus::default()
         },
         peers: vec![peer("module2", true), peer("module3", false)],
+        margins: vec![
+            Margins {
+                change: Some(422.5),
+                oil_content: Some(-0.5),
+                ..Margins::unknown("actuator/a1".parse().unwrap())
+            },
+            Margins::unknown("sensor/g2".parse().unwrap()),
+        ],
         ..ModuleStatus::waiting(structure, module)
     };
-    let component = |name: &str, state, ratio| ComponentReport {
+    let component = |name: &str, state| ComponentReport {
         component: name.parse().unwrap(),
         state,
-        ratio,
         aside: Vec::new(),
     };
     let shelved = ComponentReport {
         aside: vec![AsideReport { how: "shelved", until_unix_ns: 1_800_000_000_500_000_000 }],
-        ..component("sensor/g1", FaultState::Acknowledged, Some(0.25))
+        ..component("sensor/g1", FaultState::Acknowledged)
     };
     ModuleReport {
         status: numbered(&status),
         reason: "as it is".into(),
         components: vec![
-            component("actuator/a1", FaultState::Latched, Some(422.5)),
+            component("actuator/a1", FaultState::Latched),
             shelved,
-            component("sensor/g2", FaultState::Normal, None),
+            component("sensor/g2", FaultState::Normal),
         ],
         identifications: identifications(),
     }

@@ -11,10 +11,10 @@ use std::sync::Arc;
 
 use vocabulary::{ComponentPath, ModuleName, Step};
 
-use super::fault_set::{SetRule, is_evidence, largest_evidence, smallest};
+use super::fault_set::{SetRule, is_evidence, largest_evidence, share, smallest};
 use super::gaussian::{GaussianComparison, ValueDeparture};
 use super::reference::{ForceRange, MeansReference, Reference};
-use super::track::{Departed, Track, WindowFinding, WindowOutcome};
+use super::track::{Departed, Shares, Track, WindowFinding, WindowOutcome};
 use super::window::cylinder_values;
 use crate::settings::{ModuleSetup, always_shared};
 use vocabulary::{
@@ -33,6 +33,8 @@ const SUSPICION_SHORT: f64 = 1.0;
 const ROUTINE: u32 = 5;
 /// A gage whose white noise is so many times that of its reference, or so many times less, has departed.
 const SCATTER: f64 = 2.0;
+/// What a gage without any noise is taken to have, as a share of its reference.
+const LEAST_SCATTER: f64 = 1e-12;
 /// The structure swings too much for a comparison if three of its gages vary so many times as much as was seen.
 const SWING: f64 = 2.0;
 const SWINGING_GAGES: usize = 3;
@@ -163,6 +165,11 @@ impl StateDetector {
     /// How a channel departed in the latest window, if it did.
     pub(crate) fn departed(&self, channel: usize) -> Option<&Departed> {
         self.tracks[channel].departed.as_ref()
+    }
+
+    /// How near a channel is to its limits.
+    pub(crate) fn shares(&self, channel: usize) -> Shares {
+        self.tracks[channel].shares
     }
 
     /// Takes a window; `known` are the channels that are known to be faulty. One that still waits for answers is
@@ -346,6 +353,14 @@ impl StateDetector {
 
     fn conclude(&mut self, pending: Pending) -> Conclusion {
         let outcomes = self.outcomes(&pending);
+        if pending.asked || self.peers.is_empty() {
+            let shares = self.all_shares(&pending);
+            for ((track, shares), outcome) in self.tracks.iter_mut().zip(shares).zip(&outcomes) {
+                let is_compared =
+                    !matches!(outcome, WindowOutcome::CannotTell(_) | WindowOutcome::Missing);
+                track.shares = if is_compared { shares } else { Shares::default() };
+            }
+        }
         let until = pending.window.until;
         let window_began = until.minus(self.window_steps - 1);
         let mut findings = Vec::new();
@@ -367,6 +382,31 @@ impl StateDetector {
             findings.extend(found.map(|finding| (channel, finding)));
         }
         Conclusion { until, findings }
+    }
+
+    /// How near each channel is to its limits in a window.
+    fn all_shares(&self, pending: &Pending) -> Vec<Shares> {
+        let (window, rule) = (&pending.window, SetRule::of(self.reference.cylinder_threshold));
+        let of_cylinder = |(means, reference): (&Option<CylinderMeans>, &super::Gaussian)| {
+            let compared = means.as_ref().and_then(|one| reference.compare(&cylinder_values(one)));
+            let share_of = |place| Some(share(compared.as_ref()?.departure(place)?, rule));
+            Shares { departure: share_of(0), oil_content: share_of(1), scatter: None }
+        };
+        let mut shares: Vec<Shares> =
+            window.cylinders.iter().zip(&self.reference.cylinders).map(of_cylinder).collect();
+        let (compared, rule) = (self.compare(pending), SetRule::of(self.threshold(pending)));
+        let of_gage = |place: usize| {
+            let departure = compared.as_ref().and_then(|compared| compared.departure(place));
+            let scatter_m2 = self.means().own_gages[place].scatter_m2;
+            let scatter = window.gages[place].map(|means| means.scatter_m2 / scatter_m2);
+            Shares {
+                departure: departure.map(|departure| share(departure, rule)),
+                oil_content: None,
+                scatter: scatter.map(|ratio| ratio.max(LEAST_SCATTER).ln() / SCATTER.ln()),
+            }
+        };
+        shares.extend((0..self.gages()).map(of_gage));
+        shares
     }
 
     /// What the window says of each channel.
@@ -510,7 +550,7 @@ fn displaced_gage(mean_m: f64, departure: ValueDeparture, threshold: f64) -> Win
 
 /// Is the white noise of a gage not what it was?
 fn scatter(means: GageMeans, reference_m2: f64) -> Option<Departed> {
-    let ratio = (means.scatter_m2 / reference_m2).max(1e-12);
+    let ratio = (means.scatter_m2 / reference_m2).max(LEAST_SCATTER);
     let statistic = ratio.max(1.0 / ratio);
     (statistic > SCATTER).then(|| Departed {
         symptom: Symptom::Scatter,

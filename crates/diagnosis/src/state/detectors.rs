@@ -6,7 +6,7 @@ use vocabulary::{ModuleName, Step};
 
 use super::detector::{Conclusion, Reaction, StateDetector};
 use super::reference::Reference;
-use super::track::{Departed, WindowFinding};
+use super::track::{Departed, Shares, WindowFinding};
 use crate::settings::ModuleSetup;
 use vocabulary::{Condition, StateAnswer, WindowLength, WindowMeans};
 
@@ -50,6 +50,11 @@ impl Detectors {
     /// How a channel departed in the latest long window, if it did.
     pub(crate) fn departed(&self, channel: usize) -> Option<&Departed> {
         self.long.departed(channel)
+    }
+
+    /// How near a channel is to its limits over long windows.
+    pub(crate) fn shares(&self, channel: usize) -> Shares {
+        self.long.shares(channel)
     }
 
     /// The condition of a channel as of the latest long window.

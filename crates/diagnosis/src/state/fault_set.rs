@@ -55,10 +55,14 @@ pub(crate) fn largest_evidence(
     places: impl Iterator<Item = usize>,
     rule: SetRule,
 ) -> f64 {
-    let share = |departure: ValueDeparture| {
-        (departure.predicted / rule.threshold).max(departure.plain / rule.by_far)
-    };
-    places.filter_map(|place| comparison.departure(place)).map(share).fold(0.0, f64::max)
+    let shares = places.filter_map(|place| comparison.departure(place));
+    shares.map(|departure| share(departure, rule).abs()).fold(0.0, f64::max)
+}
+
+/// The evidence as a share of the threshold, negative if the value is too small.
+pub(crate) fn share(departure: ValueDeparture, rule: SetRule) -> f64 {
+    let share = (departure.predicted / rule.threshold).max(departure.plain / rule.by_far);
+    share.copysign(departure.size)
 }
 
 /// The smallest set of displaced values among the candidates; `None` if no set that is small enough explains it.

@@ -27,6 +27,6 @@ pub use reference::{
     fingerprint, residual_settings,
 };
 pub use snippet::Snippet;
-pub(crate) use track::{Departed, WindowFinding};
+pub(crate) use track::{Departed, Shares, WindowFinding};
 pub use vocabulary::{Condition, CylinderMeans, GageMeans, Obstacle, WindowLength, WindowMeans};
 pub(crate) use window::{MeansCollector, MeasuredStep};

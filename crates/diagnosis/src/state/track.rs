@@ -76,6 +76,19 @@ pub(super) struct Track {
     pub(super) held: u32,
     /// Did the latest window in which something changed not count?
     pub(super) doubted: bool,
+    /// How near it was to its limits in the latest window in which the peers were asked.
+    pub(super) shares: Shares,
+}
+
+/// How near a component is to its limits: statistics as shares of their thresholds, with the sign of the deviation.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub(crate) struct Shares {
+    /// Of its mean.
+    pub(crate) departure: Option<f64>,
+    /// Of a cylinder's oil content.
+    pub(crate) oil_content: Option<f64>,
+    /// Of the logarithm of a gage's white noise.
+    pub(crate) scatter: Option<f64>,
 }
 
 impl Track {
@@ -92,6 +105,7 @@ impl Track {
             missing: 0,
             held,
             doubted: false,
+            shares: Shares::default(),
         }
     }
 

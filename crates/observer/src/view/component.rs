@@ -53,7 +53,7 @@ fn since(state: &FaultTransition) -> Option<u64> {
 }
 
 /// The number of the incident that a fault or a possible fault is.
-fn incident(state: &FaultTransition) -> Option<String> {
+pub(super) fn incident(state: &FaultTransition) -> Option<String> {
     if !state.state().is_fault() && state.state() != FaultState::Unconfirmed {
         return None;
     }

@@ -1,6 +1,6 @@
 //! The journals of modules, merged, with their gaps.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
 use std::time::Duration;
 
@@ -12,6 +12,7 @@ use vocabulary::{
 
 use super::component::found_at;
 use super::line::EventLine;
+use super::news::{News, ObservedEvent};
 use super::order::QueryError;
 
 /// The part of a module's journal that was read.
@@ -35,6 +36,10 @@ pub struct ModuleHistory {
     pub next_sequence: Option<u64>,
     /// The error that ended reading early.
     pub broken_off: Option<QueryError>,
+    /// What an observer saw that no journal holds: the process came or went, transitions were missed.
+    pub observed: Vec<ObservedEvent>,
+    /// Whether this is what an observer heard of the module, rather than its journal.
+    pub is_heard: bool,
 }
 
 /// A range of sequence numbers missing from a journal.
@@ -60,7 +65,59 @@ impl ModuleHistory {
             first_sequence: None,
             next_sequence: None,
             broken_off: None,
+            observed: Vec::new(),
+            is_heard: false,
         }
+    }
+
+    /// What an observer heard of a module, from all its events in the order of their arrival. A state that was reported
+    /// again when the observer connected counts once.
+    #[must_use]
+    pub fn heard(
+        structure: &StructureName,
+        module: &ModuleName,
+        events: impl IntoIterator<Item = ObservedEvent>,
+    ) -> Self {
+        let mut heard = Self { is_heard: true, ..Self::new(structure, module, 1) };
+        let mut known = BTreeSet::new();
+        for event in events {
+            let is_own = |of: &StructureName, who: &str| of == structure && who == module.as_str();
+            match event.news {
+                News::Fault(transition) | News::Present(transition) => {
+                    if is_own(&transition.structure, transition.module.as_str())
+                        && transition.sequence > 0
+                        && known.insert(transition.place())
+                    {
+                        heard.transitions.push(*transition);
+                    }
+                }
+                News::Identification(found) => {
+                    if is_own(&found.structure, found.module.as_str()) {
+                        heard.identifications.push(*found);
+                    }
+                }
+                News::Phase(change) => {
+                    let is_new = !heard.phases.contains(&change);
+                    if is_own(&change.structure, change.module.as_str()) && is_new {
+                        heard.phases.push(change);
+                    }
+                }
+                News::Presence { ref structure, ref who, .. } => {
+                    if is_own(structure, who) {
+                        heard.observed.push(event);
+                    }
+                }
+                News::SeveralProcesses { ref structure, ref module }
+                | News::Missed { ref structure, ref module, .. } => {
+                    if is_own(structure, module.as_str()) {
+                        heard.observed.push(event);
+                    }
+                }
+                News::Connection { .. } | News::Lost { .. } => heard.observed.push(event),
+                News::Unreadable { .. } => {}
+            }
+        }
+        heard
     }
 
     /// Whether the module answered at all.
@@ -122,6 +179,10 @@ impl ModuleHistory {
     pub fn notes(&self) -> Vec<String> {
         let Self { module, broken_off, first_sequence, next_sequence, .. } = self;
         let error = broken_off.as_ref().map(|error| printable(&error.to_string()));
+        if self.is_heard {
+            let why = error.map_or_else(String::new, |error| format!("{error}; "));
+            return vec![format!("{module}: {why}what follows is what this page heard of it")];
+        }
         if !self.answered() {
             let why = error.unwrap_or_else(|| "no answer".to_owned());
             return vec![format!("{module}: {why}; its history is unavailable")];
@@ -162,6 +223,8 @@ pub enum JournalEntry<'a> {
     Identification(&'a Identification),
     /// The module entered another phase, or what it monitors changed.
     Phase(&'a PhaseChange),
+    /// What an observer saw that no journal holds.
+    Observed(&'a ModuleName, &'a ObservedEvent),
 }
 
 impl<'a> JournalEntry<'a> {
@@ -171,7 +234,7 @@ impl<'a> JournalEntry<'a> {
         match self {
             JournalEntry::Transition(transition) => Some(&transition.component),
             JournalEntry::Identification(found) => Some(&found.component),
-            JournalEntry::Phase(_) => None,
+            JournalEntry::Phase(_) | JournalEntry::Observed(..) => None,
         }
     }
 
@@ -179,7 +242,9 @@ impl<'a> JournalEntry<'a> {
     #[must_use]
     pub fn concerns(&self, component: &ComponentPath) -> bool {
         match self {
-            JournalEntry::Phase(change) => change.module == component.module,
+            JournalEntry::Phase(_) | JournalEntry::Observed(..) => {
+                *self.module() == component.module
+            }
             _ => self.component() == Some(component),
         }
     }
@@ -191,6 +256,7 @@ impl<'a> JournalEntry<'a> {
             JournalEntry::Transition(transition) => &transition.module,
             JournalEntry::Identification(found) => &found.module,
             JournalEntry::Phase(change) => &change.module,
+            JournalEntry::Observed(module, _) => module,
         }
     }
 
@@ -201,7 +267,7 @@ impl<'a> JournalEntry<'a> {
         match self {
             JournalEntry::Transition(transition) => Some(transition.sequence),
             JournalEntry::Identification(found) => Some(found.sequence),
-            JournalEntry::Phase(_) => None,
+            JournalEntry::Phase(_) | JournalEntry::Observed(..) => None,
         }
     }
 
@@ -212,6 +278,7 @@ impl<'a> JournalEntry<'a> {
             JournalEntry::Transition(transition) => transition.time_unix_ns,
             JournalEntry::Identification(found) => found.time_unix_ns,
             JournalEntry::Phase(change) => change.time_unix_ns,
+            JournalEntry::Observed(_, event) => event.time_unix_ns,
         }
     }
 
@@ -220,7 +287,9 @@ impl<'a> JournalEntry<'a> {
     pub fn state(&self) -> Option<FaultState> {
         match self {
             JournalEntry::Transition(transition) => Some(transition.state()),
-            JournalEntry::Identification(_) | JournalEntry::Phase(_) => None,
+            JournalEntry::Identification(_)
+            | JournalEntry::Phase(_)
+            | JournalEntry::Observed(..) => None,
         }
     }
 
@@ -231,6 +300,7 @@ impl<'a> JournalEntry<'a> {
             JournalEntry::Transition(transition) => EventLine::of_transition(transition),
             JournalEntry::Identification(found) => EventLine::of_identification(found),
             JournalEntry::Phase(change) => EventLine::of_phase(change),
+            JournalEntry::Observed(_, event) => EventLine::of(event),
         }
     }
 
@@ -239,7 +309,7 @@ impl<'a> JournalEntry<'a> {
             JournalEntry::Transition(transition) => found_at(transition),
             JournalEntry::Identification(found) => Some((found.run, found.as_of_step)),
             // It has only a time: nothing is found at its step.
-            JournalEntry::Phase(_) => None,
+            JournalEntry::Phase(_) | JournalEntry::Observed(..) => None,
         }
     }
 }
@@ -288,6 +358,10 @@ fn dated(history: &ModuleHistory) -> VecDeque<Dated<'_>> {
     }
     let phases = history.phases.iter();
     dated.extend(phases.map(|change| (change.time_unix_ns, JournalEntry::Phase(change))));
+    let observed = history.observed.iter();
+    dated.extend(
+        observed.map(|event| (event.time_unix_ns, JournalEntry::Observed(&history.module, event))),
+    );
     // A stable sort keeps the order of entries with the same time.
     dated.sort_by_key(|(time, _)| *time);
     dated.into()
@@ -443,6 +517,7 @@ mod tests {
                 format!("{}.{} is known", found.module, found.sequence)
             }
             JournalEntry::Phase(change) => format!("phase {}", change.number),
+            JournalEntry::Observed(_, event) => format!("event {}", event.number),
         };
         journals.entries.iter().map(name).collect()
     }

@@ -10,6 +10,7 @@
 //! | `row`, `alarms` | ranks alarms, brings together what belongs to one incident, and decides whether all is well |
 //! | `line` | an event, or an entry of a journal, on one line |
 //! | `journal` | merged journals with their gaps |
+//! | `report` | a period: availability, faults, times to acknowledge, gaps |
 //! | `order` | a command and its outcome |
 
 mod alarms;
@@ -20,6 +21,7 @@ mod line;
 mod module;
 mod news;
 mod order;
+mod report;
 mod row;
 mod scene;
 mod structures;
@@ -36,6 +38,7 @@ pub use line::{EventLine, sign};
 pub use module::{JournalHealth, ModuleView};
 pub use news::{News, ObservedEvent};
 pub use order::{OrderOutcome, OrderRequest, QueryError, order_subject};
+pub use report::{PastFault, PeriodReport, Times};
 pub use row::{Belonging, DetectionFacts, RowGroup, StateRow, Urgency};
 pub use scene::{NetworkState, Scene, in_a_sentence};
 pub use structures::Structures;

@@ -1,12 +1,12 @@
 //! Events, as modules and processes publish them.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use vocabulary::{FaultTransition, Identification, ModuleName, PhaseChange, StructureName};
 
 use super::component::is_noteworthy;
 
 /// An event.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "news", rename_all = "snake_case")]
 pub enum News {
     /// A verdict changed. Verdicts of a module are handed out once each, in the order of their sequence numbers.

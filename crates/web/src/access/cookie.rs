@@ -2,6 +2,7 @@
 
 use axum::http::{HeaderMap, HeaderValue, header};
 
+use super::device::STAYS;
 use super::secret::Secret;
 
 /// Name over TLS. Browsers accept it only from this host over TLS, so no other host of the domain can set it.
@@ -33,9 +34,10 @@ impl Cookie<'_> {
         }
     }
 
-    /// Sets the cookie.
-    pub(crate) fn set(self, session: &Secret) -> Option<HeaderValue> {
-        let value = format!("{}={}{}", self.name(), session.as_str(), self.attributes());
+    /// Sets the cookie: until the browser is closed, or for a device that stays signed in.
+    pub(crate) fn set(self, session: &Secret, is_kept: bool) -> Option<HeaderValue> {
+        let age = if is_kept { format!("; Max-Age={}", STAYS.as_secs()) } else { String::new() };
+        let value = format!("{}={}{}{age}", self.name(), session.as_str(), self.attributes());
         HeaderValue::from_str(&value).ok()
     }
 
@@ -82,12 +84,14 @@ mod tests {
     #[test]
     fn scripts_and_other_sites_do_not_get_it() {
         let secret = Secret::new().unwrap();
-        let set = Cookie { is_secure: true, path: "" }.set(&secret).unwrap();
+        let set = Cookie { is_secure: true, path: "" }.set(&secret, false).unwrap();
         let expected = format!(
             "__Host-trusswatch={}; Path=/; HttpOnly; SameSite=Strict; Secure",
             secret.as_str()
         );
         assert_eq!(set, expected.as_str());
+        let kept = Cookie { is_secure: true, path: "" }.set(&secret, true).unwrap();
+        assert_eq!(kept, format!("{expected}; Max-Age=2592000").as_str());
         let cleared = Cookie { is_secure: false, path: "" }.clear().unwrap();
         assert_eq!(cleared, "trusswatch=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0");
     }

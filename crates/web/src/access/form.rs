@@ -15,6 +15,10 @@ const LONGEST: usize = 16 * 1024;
 /// Timeout for receiving a form.
 const WITHIN: Duration = Duration::from_secs(10);
 
+/// The field that may occur several times, once for each component that was selected: the values stand one after another,
+/// separated by spaces.
+const REPEATED: &str = "component";
+
 /// The fields of a form, by name.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Fields(BTreeMap<String, String>);
@@ -59,11 +63,20 @@ pub(super) async fn read(parts: &Parts, body: Body) -> Result<Fields, (StatusCod
             return Err((StatusCode::REQUEST_TIMEOUT, words));
         }
     };
-    let mut fields = BTreeMap::new();
+    let mut fields: BTreeMap<String, String> = BTreeMap::new();
     for (name, value) in pairs {
-        if fields.insert(name, value).is_some() {
-            let words = "duplicate form field".to_owned();
-            return Err((StatusCode::BAD_REQUEST, words));
+        match fields.get_mut(&name) {
+            None => {
+                fields.insert(name, value);
+            }
+            Some(values) if name == REPEATED => {
+                values.push(' ');
+                values.push_str(&value);
+            }
+            Some(_) => {
+                let words = "duplicate form field".to_owned();
+                return Err((StatusCode::BAD_REQUEST, words));
+            }
         }
     }
     Ok(Fields(fields))

@@ -16,14 +16,22 @@ use super::refusals::RefusedAccess;
 use super::responses::add_security_headers;
 use super::secret::Secret;
 use super::{Access, Person, Visit, certificate, form, plain};
-use crate::assets::{ALARM_ICON_PATH, ICON_PATH};
+use crate::assets::{ALARM_ICON_PATH, ICON_PATH, MANIFEST_PATH};
 use crate::listener::{Connection, Site};
 
 /// Path of the sign-in page.
 pub(super) const SIGN_IN: &str = "/sign-in";
 /// Paths served without sign-in even if pages require it; they reveal nothing about the structure.
-const OPEN: [&str; 7] =
-    [SIGN_IN, "/healthz", "/metrics", "/page.css", "/page.js", ICON_PATH, ALARM_ICON_PATH];
+const OPEN: [&str; 8] = [
+    SIGN_IN,
+    "/healthz",
+    "/metrics",
+    "/page.css",
+    "/page.js",
+    MANIFEST_PATH,
+    ICON_PATH,
+    ALARM_ICON_PATH,
+];
 
 /// Why a request is refused.
 struct Stop {

@@ -6,6 +6,7 @@
 //! | `form` | the fields of a form |
 //! | `sign_in` | the pages to sign in and out |
 //! | `one_time_link`, `certificate` | the two ways to sign in |
+//! | `device` | devices that stay signed in |
 //! | `sessions`, `cookie`, `secret` | the state of a browser that is signed in; ends a stream with its session |
 //! | `attempts` | limits failed sign-ins |
 //! | `refusals` | counts and logs refused requests |
@@ -14,6 +15,7 @@
 mod attempts;
 mod certificate;
 mod cookie;
+mod device;
 mod form;
 mod guard;
 mod one_time_link;
@@ -45,6 +47,7 @@ pub(crate) use responses::{destination, plain};
 pub(crate) use sessions::{CHECK_EVERY, PageMessage, SessionWatch};
 pub(crate) use sign_in::routes;
 
+pub use device::{Device, devices, sign_out_devices};
 pub use one_time_link::{LinkError, PersonName, PersonNameError, VALID, one_time_link};
 pub use secret::NoRandomness;
 
@@ -73,9 +76,10 @@ pub(crate) struct Access {
 }
 
 impl Access {
-    /// Starts without sessions.
+    /// Starts without sessions but those of devices that stay signed in.
     pub(crate) fn new(settings: AccessSettings) -> Self {
-        Self { settings, ..Self::default() }
+        let sessions = Sessions::of_devices(settings.state.clone());
+        Self { settings, sessions, ..Self::default() }
     }
 
     /// Why this process cannot send commands, if so; a page shows the reason in place of the forms.

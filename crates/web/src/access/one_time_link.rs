@@ -81,12 +81,34 @@ pub fn one_time_link(
 }
 
 pub(crate) fn invite(state: &Path, invitation: &Invitation, now: u64) -> Result<Secret, LinkError> {
+    let secret = Secret::new()?;
+    store_at(state, DIRECTORY, &secret, invitation, now)?;
+    Ok(secret)
+}
+
+/// Stores whom a secret admits, in a subdirectory of the state directory.
+pub(super) fn store(
+    state: &Path,
+    subdirectory: &str,
+    secret: &Secret,
+    invitation: &Invitation,
+) -> Result<(), LinkError> {
+    store_at(state, subdirectory, secret, invitation, unix_s())
+}
+
+fn store_at(
+    state: &Path,
+    subdirectory: &str,
+    secret: &Secret,
+    invitation: &Invitation,
+    now: u64,
+) -> Result<(), LinkError> {
     let wrong = |path: &Path| {
         let path = path.to_owned();
         move |error: io::Error| LinkError::Directory { path, error }
     };
     let owner = fs::metadata(state).map_err(wrong(state))?;
-    let directory = state.join(DIRECTORY);
+    let directory = state.join(subdirectory);
     match DirBuilder::new().mode(0o700).create(&directory) {
         Ok(()) => set_owner(&directory, &owner).map_err(wrong(&directory))?,
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
@@ -96,10 +118,8 @@ pub(crate) fn invite(state: &Path, invitation: &Invitation, now: u64) -> Result<
     if fs::read_dir(&directory).map_err(wrong(&directory))?.count() >= MOST {
         return Err(LinkError::TooMany(directory));
     }
-    let secret = Secret::new()?;
     let file = directory.join(secret.fingerprint().as_str());
-    write(&file, invitation, &owner).map_err(wrong(&file))?;
-    Ok(secret)
+    write(&file, invitation, &owner).map_err(wrong(&file))
 }
 
 /// Redeems a secret once: the link's file is durably deleted before the user is admitted.
@@ -121,7 +141,8 @@ fn accept_at(state: &Path, secret: &Secret, now: u64) -> Option<Invitation> {
 }
 
 impl Invitation {
-    fn is_good(&self, now: u64) -> bool {
+    /// Whether it admits at this time.
+    pub(super) fn is_good(&self, now: u64) -> bool {
         now < self.until_unix_s && self.person.parse::<PersonName>().is_ok()
     }
 }
@@ -143,7 +164,8 @@ fn is_being_written(file: &Path) -> bool {
         && age().is_none_or(|age| age < WRITTEN_WITHIN)
 }
 
-fn read(file: &Path) -> Option<Invitation> {
+/// Reads a file; `None` if it is missing or damaged.
+pub(super) fn read(file: &Path) -> Option<Invitation> {
     let mut text = String::new();
     File::open(file).ok()?.take(LONGEST_FILE).read_to_string(&mut text).ok()?;
     serde_json::from_str(&text).ok()
@@ -174,7 +196,8 @@ fn set_owner(path: &Path, owner: &fs::Metadata) -> io::Result<()> {
     chown(path, Some(owner.uid()), Some(owner.gid()))
 }
 
-fn unix_s() -> u64 {
+/// The present time.
+pub(super) fn unix_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default().as_secs()
 }
 

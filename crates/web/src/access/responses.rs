@@ -6,7 +6,7 @@ use maud::{DOCTYPE, Markup, html};
 
 /// Allows no content from other sites, no inline script or style, no framing, and no forms to other sites.
 const CONTENT_POLICY: &str = "default-src 'none'; style-src 'self'; script-src 'self'; img-src 'self' data:; \
-    connect-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
+    connect-src 'self'; manifest-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'";
 
 /// With `no-referrer` browsers would send `Origin: null` with forms of this site; `same-origin` sends nothing to other
 /// sites either.

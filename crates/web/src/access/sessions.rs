@@ -1,7 +1,8 @@
-//! Sessions of users who are signed in, kept in memory: they end with the process.
+//! Sessions of users who are signed in, kept in memory: they end with the process, unless their device stays signed in.
 
 use std::collections::BTreeMap;
 use std::convert::Infallible;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,8 +11,9 @@ use axum::http::request::Parts;
 use parking_lot::Mutex;
 use pki::Issued;
 
+use super::one_time_link::{Invitation, LinkError};
 use super::secret::{Fingerprint, NoRandomness, Secret};
-use super::{Access, Visit, certificate};
+use super::{Access, Visit, certificate, device};
 
 /// Maximum duration of a session.
 const LONGEST: Duration = Duration::from_secs(12 * 3600);
@@ -41,13 +43,19 @@ pub(crate) struct ActiveSession {
 
 /// All sessions.
 #[derive(Debug, Default)]
-pub(crate) struct Sessions(Mutex<BTreeMap<Fingerprint, Session>>);
+pub(crate) struct Sessions {
+    open: Mutex<BTreeMap<Fingerprint, Session>>,
+    /// The state directory, in which it stands which devices stay signed in.
+    state: Option<PathBuf>,
+}
 
 #[derive(Debug)]
 struct Session {
     found: ActiveSession,
     begun: Instant,
     used: Instant,
+    /// Whether its device stays signed in: until the file in the state directory is gone or has expired.
+    is_kept: bool,
     message: Option<PageMessage>,
 }
 
@@ -61,20 +69,53 @@ pub(crate) struct PageMessage {
 }
 
 impl Sessions {
+    /// No sessions but those of devices that stay signed in.
+    pub(crate) fn of_devices(state: Option<PathBuf>) -> Self {
+        Self { state, ..Self::default() }
+    }
+
     /// Starts a session under a fresh secret.
     pub(crate) fn begin(&self, signed_in: SignedIn, now: Instant) -> Result<Secret, NoRandomness> {
-        let (secret, form_token) = (Secret::new()?, Secret::new()?);
-        let found = ActiveSession { signed_in, form_token };
-        let mut sessions = self.0.lock();
+        let secret = Secret::new()?;
+        self.insert(&secret, signed_in, false, now)?;
+        Ok(secret)
+    }
+
+    /// Starts a session that lasts for as long as its device stays signed in.
+    ///
+    /// # Errors
+    /// It cannot be written down, or no secret can be generated.
+    pub(crate) fn begin_kept(
+        &self,
+        signed_in: SignedIn,
+        now: Instant,
+    ) -> Result<Secret, LinkError> {
+        let secret = Secret::new()?;
+        if let Some(state) = &self.state {
+            device::keep(state, &secret, &signed_in.name, signed_in.may_order)?;
+        }
+        self.insert(&secret, signed_in, self.state.is_some(), now)?;
+        Ok(secret)
+    }
+
+    fn insert(
+        &self,
+        secret: &Secret,
+        signed_in: SignedIn,
+        is_kept: bool,
+        now: Instant,
+    ) -> Result<(), NoRandomness> {
+        let found = ActiveSession { signed_in, form_token: Secret::new()? };
+        let mut sessions = self.open.lock();
         sessions.retain(|_, session| !session.is_over(now));
         if sessions.len() >= MOST {
             let idle = sessions.iter().min_by_key(|(_, session)| session.used);
             let idle = idle.map(|(key, _)| key.clone());
             idle.and_then(|key| sessions.remove(&key));
         }
-        let session = Session { found, begun: now, used: now, message: None };
+        let session = Session { found, begun: now, used: now, is_kept, message: None };
         sessions.insert(secret.fingerprint(), session);
-        Ok(secret)
+        Ok(())
     }
 
     /// The session with this secret, unless expired. `is_use`: the request is an action of the user, not an automatic
@@ -85,8 +126,10 @@ impl Sessions {
         is_use: bool,
         now: Instant,
     ) -> Option<ActiveSession> {
-        let mut sessions = self.0.lock();
-        let session = sessions.get_mut(&secret.fingerprint())?;
+        let key = secret.fingerprint();
+        self.find_device(secret, &key, now)?;
+        let mut sessions = self.open.lock();
+        let session = sessions.get_mut(&key)?;
         if session.is_over(now) {
             return None;
         }
@@ -96,26 +139,52 @@ impl Sessions {
         Some(session.found.clone())
     }
 
+    /// Looks whether the device of a session is still signed in, or one without a session is, e.g. after a restart of the
+    /// page.
+    fn find_device(&self, secret: &Secret, key: &Fingerprint, now: Instant) -> Option<()> {
+        let is_kept = self.open.lock().get(key).map(|session| session.is_kept);
+        let (Some(state), None | Some(true)) = (&self.state, is_kept) else { return Some(()) };
+        match (device::find(state, key), is_kept) {
+            (Some(_), Some(_)) => {}
+            (Some(Invitation { person, may_order, .. }), None) => {
+                let signed_in = SignedIn { name: person, may_order, certificate: None };
+                self.insert(secret, signed_in, true, now).ok()?;
+            }
+            (None, Some(_)) => {
+                self.open.lock().remove(key);
+            }
+            (None, None) => return None,
+        }
+        Some(())
+    }
+
     /// Ends a session.
     pub(crate) fn end(&self, secret: &Secret) {
-        self.0.lock().remove(&secret.fingerprint());
+        let key = secret.fingerprint();
+        if let Some(state) = &self.state {
+            device::end(state, &key);
+        }
+        self.open.lock().remove(&key);
     }
 
     /// Stores a message for the next page.
     pub(crate) fn leave_message(&self, secret: &Secret, message: PageMessage) {
-        if let Some(session) = self.0.lock().get_mut(&secret.fingerprint()) {
+        if let Some(session) = self.open.lock().get_mut(&secret.fingerprint()) {
             session.message = Some(message);
         }
     }
 
     /// Takes the message, so that it is shown once.
     pub(crate) fn take_message(&self, secret: &Secret) -> Option<PageMessage> {
-        self.0.lock().get_mut(&secret.fingerprint())?.message.take()
+        self.open.lock().get_mut(&secret.fingerprint())?.message.take()
     }
 }
 
 impl Session {
     fn is_over(&self, now: Instant) -> bool {
+        if self.is_kept {
+            return false;
+        }
         now.saturating_duration_since(self.begun) >= LONGEST
             || now.saturating_duration_since(self.used) >= IDLE
     }
@@ -163,6 +232,7 @@ impl<S: Sync> FromRequestParts<S> for SessionWatch {
 #[cfg(test)]
 mod tests {
     use super::super::AccessSettings;
+    use super::super::PersonName;
     use super::*;
 
     fn ada() -> SignedIn {
@@ -206,9 +276,39 @@ mod tests {
         for _ in 2..=MOST {
             sessions.begin(ada(), now).unwrap();
         }
-        assert_eq!(sessions.0.lock().len(), MOST);
+        assert_eq!(sessions.open.lock().len(), MOST);
         assert!(sessions.find(&first, true, now).is_some());
         assert!(sessions.find(&second, true, now).is_none());
+    }
+
+    #[test]
+    fn a_device_stays_signed_in_over_restarts_until_it_is_signed_out_here_or_there() {
+        let state = tempfile::tempdir().unwrap();
+        let sessions = || Sessions::of_devices(Some(state.path().to_owned()));
+        let (first, start) = (sessions(), Instant::now());
+        let (phone, other) =
+            (first.begin_kept(ada(), start).unwrap(), first.begin_kept(ada(), start).unwrap());
+        let visitor = first.begin(ada(), start).unwrap();
+        let late = start + 2 * LONGEST;
+        assert!(
+            first.find(&phone, true, late).is_some() && first.find(&visitor, true, late).is_none()
+        );
+        // The page starts again.
+        let second = sessions();
+        let found = second.find(&phone, false, start).unwrap();
+        assert!(found.signed_in.name == "ada" && found.signed_in.may_order);
+        assert!(second.find(&visitor, true, start).is_none());
+        second.end(&phone);
+        assert!(
+            second.find(&phone, true, start).is_none()
+                && sessions().find(&phone, true, start).is_none()
+        );
+        assert_eq!(device::devices(state.path()).unwrap().len(), 1);
+        let nobody: PersonName = "grace".parse().unwrap();
+        assert_eq!(device::sign_out_devices(state.path(), &nobody).unwrap(), 0);
+        assert!(second.find(&other, true, start).is_some());
+        assert_eq!(device::sign_out_devices(state.path(), &"ada".parse().unwrap()).unwrap(), 1);
+        assert!(second.find(&other, true, start).is_none());
     }
 
     #[test]

@@ -66,6 +66,7 @@ fn button(words: &str, link: Option<&Secret>) -> Markup {
         form method="post" action=(SIGN_IN) {
             @if let Some(link) = link {
                 input type="hidden" name="link" value=(link.as_str());
+                label.check { input type="checkbox" name="keep" value="true"; "Keep this device signed in for 30 days" }
             }
             button type="submit" { (words) }
         }
@@ -103,8 +104,17 @@ async fn enter(
     let way = if signed_in.certificate.is_some() { "certificate" } else { "link" };
     let person = vocabulary::printable(&signed_in.name);
     let may_order = signed_in.may_order;
-    let session = access.sessions.begin(signed_in, Instant::now()).ok();
-    let Some(cookie) = session.and_then(|session| access.cookie().set(&session)) else {
+    // A certificate is on its device anyway.
+    let is_kept = fields.filled("keep").is_some() && signed_in.certificate.is_none();
+    let now = Instant::now();
+    let session = if is_kept {
+        access.sessions.begin_kept(signed_in, now)
+    } else {
+        access.sessions.begin(signed_in, now).map_err(Into::into)
+    };
+    let session = session.inspect_err(|error| tracing::error!("{person} cannot sign in: {error}"));
+    let Some(cookie) = session.ok().and_then(|session| access.cookie().set(&session, is_kept))
+    else {
         return StatusCode::INTERNAL_SERVER_ERROR.into_response();
     };
     tracing::info!(%address, may_order, "{person} has signed in by {way}");

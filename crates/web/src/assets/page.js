@@ -7,6 +7,16 @@
     const forced = event.target.querySelector("[name=force]:checked");
     if (forced && !confirm("The fault has not gone. Reset it all the same?")) event.preventDefault();
   });
+  // What was typed into an order survives a session that has ended meanwhile, until an order was carried out.
+  const typed = (field) => `typed ${location.pathname} ${field.form.getAttribute("action")} ${field.name}`;
+  const texts = document.querySelectorAll("form[action*='/order/'] input[type=text]");
+  const isDone = document.querySelector(".message:not(.refused)") !== null;
+  for (const field of texts) {
+    const before = sessionStorage.getItem(typed(field));
+    if (isDone) sessionStorage.removeItem(typed(field));
+    else if (before) field.value = before;
+    field.addEventListener("input", () => sessionStorage.setItem(typed(field), field.value));
+  }
   const wanted = document.body.dataset.live;
   const live = document.getElementById("live");
   // Where the site begins: a proxy may have it under a path.
@@ -19,9 +29,14 @@
 
   const replace = (element, html) => {
     // Whoever uses the keyboard stays where he was.
-    const focused = element.contains(document.activeElement) ? document.activeElement.getAttribute("href") : null;
+    const active = element.contains(document.activeElement) ? document.activeElement : null;
+    const name = active?.getAttribute("href") ? "href" : active?.getAttribute("value") ? "value" : null;
+    const kept = name && `${active.localName}[${name}="${CSS.escape(active.getAttribute(name))}"]`;
+    // What was selected stays selected.
+    const selected = [...element.querySelectorAll("input:checked")].map((box) => box.value);
     element.innerHTML = html;
-    if (focused) element.querySelector(`[href="${CSS.escape(focused)}"]`)?.focus();
+    for (const box of element.querySelectorAll("input[type=checkbox]")) box.checked = selected.includes(box.value);
+    if (kept) element.querySelector(kept)?.focus();
   };
   const take = (parts) => {
     [last, signedOut] = [performance.now(), false];
@@ -33,6 +48,7 @@
     offer();
     date();
     show();
+    signal();
   };
   // Only the orders that are possible in the present state.
   const offer = () => {
@@ -53,6 +69,42 @@
       const text = `${ageOf(seconds)} ago, ${clockOf.format(at)}`;
       if (time.textContent !== text) time.textContent = text;
     }
+  };
+
+  // A further alarm is signalled by the browser, for who wants that: once, and not what was there before.
+  const count = () => Number(/^\((\d+)\)/.exec(document.title)?.[1] ?? 0);
+  const ways = { off: "no signal", note: "signal alarms", sound: "signal alarms with a sound" };
+  const bell = document.createElement("select");
+  bell.setAttribute("aria-label", "Signal of new alarms");
+  for (const [way, words] of Object.entries(ways)) bell.add(new Option(words, way));
+  bell.value = localStorage.getItem("signal") ?? "off";
+  bell.addEventListener("change", async () => {
+    if (bell.value !== "off" && "Notification" in window) await Notification.requestPermission();
+    localStorage.setItem("signal", bell.value);
+    if (bell.value === "sound") beep();
+  });
+  document.querySelector(".bar .right").prepend(bell);
+  const beep = () => {
+    const sound = new AudioContext();
+    for (const at of [0, 0.3, 0.6]) {
+      const tone = sound.createOscillator(), volume = sound.createGain();
+      [tone.frequency.value, volume.gain.value] = [880, 0.2];
+      tone.connect(volume).connect(sound.destination);
+      tone.start(sound.currentTime + at);
+      tone.stop(sound.currentTime + at + 0.15);
+    }
+    setTimeout(() => sound.close(), 1500);
+  };
+  let counted = count();
+  const signal = () => {
+    const before = counted;
+    counted = count();
+    if (counted <= before || bell.value === "off") return;
+    const first = document.querySelector("#alarms .alarm, #incidents .alarm")?.innerText.replace(/\s+/g, " ") ?? "";
+    // Some browsers notify only by a service worker; the title and the icon tell of the alarm all the same.
+    try { new Notification(document.title, { body: first, icon: document.getElementById("icon").href, tag: "trusswatch" }); }
+    catch { /* see above */ }
+    if (bell.value === "sound") beep();
   };
 
   const poll = async () => {

@@ -6,6 +6,7 @@ use futures_util::future::join_all;
 use observer::{ModuleHistory, ModuleView, Scene};
 use vocabulary::{FaultTransition, ModuleName};
 
+use crate::memory::ModuleTrends;
 use crate::observed::{Frame, Observed};
 
 /// The answers of the modules.
@@ -15,6 +16,8 @@ pub(crate) struct ModuleAnswers {
     pub(super) journals: Vec<Arc<ModuleHistory>>,
     /// The freeze frame of the present fault, or the reason why it is missing; `None` without a fault.
     pub(super) frame: Option<Frame>,
+    /// How the margins of its module have developed; `None` if nothing is kept.
+    pub(super) trends: Option<Arc<ModuleTrends>>,
 }
 
 impl ModuleAnswers {
@@ -27,8 +30,10 @@ impl ModuleAnswers {
         let of = |module: &&ModuleView| module.structure.as_ref() == Some(&transition.structure);
         let modules = scene.modules.iter().filter(of);
         let journals = join_all(modules.map(|module| observed.journal(module)));
-        let (journals, frame) = tokio::join!(journals, frame(observed, scene, transition));
-        Self { journals: journals.into_iter().flatten().collect(), frame }
+        let trends = observed.trends(&transition.structure, &transition.module);
+        let frame = frame(observed, scene, transition);
+        let (journals, frame, trends) = tokio::join!(journals, frame, trends);
+        Self { journals: journals.into_iter().flatten().collect(), frame, trends }
     }
 
     /// The journal of this module.

@@ -15,6 +15,7 @@ pub(super) fn verdict(view: &LinkedScene<'_>, state: &FaultTransition) -> Markup
         div.verdict.(look::classes(&row)) {
             p.headline { (look::state(&row)) @if !row.kind.is_empty() { span.kind { (row.kind) } } }
             @if !row.why.is_empty() { p.why { (row.why) } }
+            @if let Some(incident) = &row.incident { p { a href={ "/incident?id=" (incident.replace('@', "%40")) } { "All that belongs to it, to print" } } }
             @if let Some(root) = explained_by(state) {
                 // Of a module that is not heard, according to its latest message.
                 p { @if state.unknown.is_some() { "Last known to be explained by " } @else { "Explained by " } a href=(view.component(row.structure.as_ref(), root)) { (root) } "." }

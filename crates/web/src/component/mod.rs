@@ -5,12 +5,14 @@
 //! | `shown` | the parts of the page that change |
 //! | `facts` | the state with reasons, the measurements, the kind of fault |
 //! | `trail` | which change explains which, drawn |
+//! | `margins` | how near it is to its limits, and the trends |
 //! | `plot` | residual and divergence of at most a minute |
 //! | `evidence` | journal and freeze frame, fetched from the module |
 //! | `watch` | keeps the page up to date while it is viewed |
 
 mod evidence;
 mod facts;
+pub(crate) mod margins;
 mod plot;
 mod shown;
 mod trail;
@@ -90,6 +92,7 @@ fn main(shown: &Shown<'_>, viewer: &Viewer, place: Option<&Markup>) -> Markup {
         @if let Some(place) = place { section.place { h2 { "Where it is" } (place) } }
         section { h2 { "What explains what" } (slot("trail")) }
         section { h2 { "Around the onset" } (slot("frame")) }
+        section { h2 { "How near to its limits" } (slot("margins")) }
         section { h2 { "Residual and divergence, as published" } (slot("plot")) }
         section { h2 { "History" } (slot("journal")) p { a href=(history) { "With filters" } } }
     }

@@ -2,10 +2,10 @@
 
 use maud::{Markup, PreEscaped, html};
 use observer::why_no_fault;
-use vocabulary::FaultTransition;
+use vocabulary::{FaultTransition, Margins};
 
 use super::evidence::ModuleAnswers;
-use super::{facts, plot, trail};
+use super::{facts, margins, plot, trail};
 use crate::history;
 use crate::observed::Traces;
 use crate::part::{PagePart, part};
@@ -26,9 +26,20 @@ impl Shown<'_> {
             part("facts", facts::facts(self.transition)),
             part("trail", trail::trail(self.view, self.transition, self.evidence)),
             part("frame", self.frame()),
+            part("margins", self.margins()),
             part("plot", plot::plot(self.transition, self.traces)),
             part("journal", self.journal()),
         ]
+    }
+
+    fn margins(&self) -> Markup {
+        let FaultTransition { structure, module, component, .. } = self.transition;
+        let module = self.view.scene.module(Some(structure), module);
+        let heard = module.filter(|module| !module.is_silent);
+        let status = heard.and_then(|module| module.status.as_ref());
+        let own = |margins: &&Margins| margins.component == component.component;
+        let now = status.and_then(|status| status.margins.iter().find(own));
+        margins::trends(self.transition, now, self.evidence.trends.as_deref())
     }
 
     fn frame(&self) -> Markup {
@@ -60,7 +71,8 @@ mod tests {
         let (structure, module) = (&transition.structure, &transition.module);
         let mut journal = observer::ModuleHistory::new(structure, module, 1);
         journal.next_sequence = is_read.then_some(1);
-        let evidence = ModuleAnswers { journals: vec![Arc::new(journal)], frame: None };
+        let evidence =
+            ModuleAnswers { journals: vec![Arc::new(journal)], frame: None, trends: None };
         let view = LinkedScene::new(&scene);
         let parts = Shown { view: &view, transition, evidence: &evidence, traces }.parts();
         parts.into_iter().map(|part| part.html).collect()

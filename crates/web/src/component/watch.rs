@@ -22,7 +22,7 @@ const ASK_AGAIN_AFTER: Duration = Duration::from_secs(4);
 const ASK_ANEW_AFTER: Duration = Duration::from_secs(20);
 
 /// Parts that show answers of the modules.
-const OF_EVIDENCE: [&str; 3] = ["trail", "frame", "journal"];
+const OF_EVIDENCE: [&str; 4] = ["trail", "frame", "margins", "journal"];
 
 /// A component whose page is viewed.
 pub(crate) struct ComponentWatch {

@@ -76,7 +76,7 @@ fn main(
         (asked.form(view))
         (remarks(histories()))
         @if journals.is_empty() { p.nothing { "No module whose journal could be read is known." } }
-        @else { (table::table(view, histories(), |entry| filter.wants(entry), MOST)) }
+        @else { (entries(view, histories(), |entry| filter.wants(entry))) }
     }
 }
 
@@ -91,6 +91,15 @@ pub(crate) fn of_component(
         (remarks([journal]))
         (table::table(view, [journal], own, MOST_OF_COMPONENT))
     }
+}
+
+/// The entries of several journals that are wanted.
+pub(crate) fn entries<'a>(
+    view: &LinkedScene<'_>,
+    journals: impl IntoIterator<Item = &'a ModuleHistory>,
+    wanted: impl Fn(&JournalEntry<'_>) -> bool,
+) -> Markup {
+    table::table(view, journals, wanted, MOST)
 }
 
 /// Gaps in the journals.

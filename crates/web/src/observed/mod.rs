@@ -18,6 +18,7 @@ use vocabulary::{FaultTransition, ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::hub::{Hub, LINGER};
+use crate::memory::{Memory, ModuleTrends};
 use answers::Answers;
 
 pub(crate) use traces::Traces;
@@ -25,8 +26,12 @@ pub(crate) use traces::Traces;
 /// How long answers are reused: a journal grows, and a frame may be recorded a moment later.
 const KEEP_JOURNAL: Duration = Duration::from_secs(2);
 const KEEP_FRAME: Duration = Duration::from_secs(3);
+/// Trends are read from the disk no more often than the shortest interval ends.
+const KEEP_TRENDS: Duration = Duration::from_secs(20);
 /// Most transitions shown of a module; `trusswatch history` shows all.
 const LATEST: u64 = 2000;
+/// Most events shown of what is kept of a module.
+const KEPT: usize = 2000;
 
 /// A drawing of a freeze frame, or the reason why it is missing.
 pub(crate) type Frame = Result<Arc<str>, Arc<str>>;
@@ -37,16 +42,21 @@ pub(crate) struct Observed {
     pub(crate) live: Live,
     /// Timeout for answers of modules.
     pub(crate) timeout: Duration,
+    /// What is kept of what was heard.
+    pub(crate) memory: Arc<Memory>,
     /// The divergences of each module whose pages are viewed.
     traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
     journals: Answers<(StructureName, ModuleName), Arc<ModuleHistory>>,
     frames: Answers<String, Frame>,
+    trends: Answers<(StructureName, ModuleName), Arc<ModuleTrends>>,
 }
 
 impl Observed {
-    pub(crate) fn new(live: Live, timeout: Duration) -> Self {
+    pub(crate) fn new(live: Live, memory: Memory, timeout: Duration) -> Self {
         let (journals, frames) = (Answers::new(KEEP_JOURNAL), Answers::new(KEEP_FRAME));
-        Self { live, timeout, traces: Hub::new(LINGER), journals, frames }
+        let trends = Answers::new(KEEP_TRENDS);
+        let (memory, traces) = (Arc::new(memory), Hub::new(LINGER));
+        Self { live, timeout, memory, traces, journals, frames, trends }
     }
 
     /// The present scene.
@@ -65,19 +75,51 @@ impl Observed {
         let structure = module.structure.as_ref()?;
         let next = module.status.as_ref().map_or(1, |status| status.next_sequence);
         let since = next.saturating_sub(LATEST).max(1);
-        let none = |why: &str| {
-            let broken_off = Some(QueryError::NotAsked(why.to_owned()));
+        let heard = || async {
+            let (memory, of) =
+                (Arc::clone(&self.memory), (structure.clone(), module.module.clone()));
+            let heard = move || memory.history(&of.0, &of.1, 0..=u64::MAX, KEPT);
             let none = ModuleHistory::new(structure, &module.module, since);
-            Some(Arc::new(ModuleHistory { broken_off, ..none }))
+            tokio::task::spawn_blocking(heard).await.unwrap_or(none)
+        };
+        let none = async |why: &str| {
+            let broken_off = Some(QueryError::NotAsked(why.to_owned()));
+            let heard = heard().await;
+            let none = ModuleHistory::new(structure, &module.module, since);
+            let is_empty = heard.transitions.is_empty() && heard.phases.is_empty();
+            let known = if is_empty { none } else { heard };
+            Some(Arc::new(ModuleHistory { broken_off, ..known }))
         };
         if let Some(why) = module.why_unheard() {
-            return none(why);
+            return none(why).await;
         }
-        let Some(session) = self.session() else { return none("the network is not connected") };
+        let Some(session) = self.session() else {
+            return none("the network is not connected").await;
+        };
         let history =
             || session::client::history(&session, structure, &module.module, since, self.timeout);
-        let fetch = || async { Arc::new(history().await) };
+        let fetch = || async {
+            let observed = heard().await.observed;
+            Arc::new(ModuleHistory { observed, ..history().await })
+        };
         Some(self.journals.get((structure.clone(), module.module.clone()), fetch).await)
+    }
+
+    /// How the margins of a module have developed; `None` if nothing is kept.
+    pub(crate) async fn trends(
+        &self,
+        structure: &StructureName,
+        module: &ModuleName,
+    ) -> Option<Arc<ModuleTrends>> {
+        if !self.memory.is_there() {
+            return None;
+        }
+        let key = (structure.clone(), module.clone());
+        let (memory, of) = (Arc::clone(&self.memory), key.clone());
+        let read = move || ModuleTrends::read(&memory, (&of.0, &of.1));
+        let fetch =
+            || async { Arc::new(tokio::task::spawn_blocking(read).await.unwrap_or_default()) };
+        Some(self.trends.get(key, fetch).await)
     }
 
     /// The freeze frame of a component's present fault, as SVG text.

@@ -10,6 +10,8 @@ use crate::access::Fields;
 
 /// The issuer of orders sent without a certificate; with one, access control identifies the operator.
 const PAGE: &str = "web";
+/// Most components in one order.
+const MOST: usize = 200;
 
 /// An order from a form, before the module's structure is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,11 +24,27 @@ pub(super) struct FormOrder {
 }
 
 impl FormOrder {
-    /// Reads the fields of a form sent by a user.
+    /// Reads the fields of a form sent by a user: an order for each component that is named. If `only` names one, as the
+    /// button of a row does, that one alone is meant, whatever else is selected.
     ///
     /// # Errors
     /// A message that names the missing or invalid field.
-    pub(super) fn read(kind: &str, fields: &Fields, person: &str) -> Result<Self, String> {
+    pub(super) fn read(kind: &str, fields: &Fields, person: &str) -> Result<Vec<Self>, String> {
+        let named = fields.filled("only").or_else(|| fields.filled("component"));
+        let named: Vec<&str> = named.unwrap_or_default().split_whitespace().collect();
+        match named[..] {
+            [] => Ok(vec![Self::read_one(kind, fields, "", person)?]),
+            _ if named.len() > MOST => Err(format!("more than {MOST} components at once")),
+            _ => named.iter().map(|one| Self::read_one(kind, fields, one, person)).collect(),
+        }
+    }
+
+    fn read_one(
+        kind: &str,
+        fields: &Fields,
+        component: &str,
+        person: &str,
+    ) -> Result<Self, String> {
         let found = OrderKind::ALL.into_iter().find(|known| known.as_str() == kind);
         let kind = found.ok_or_else(|| {
             let known: Vec<&str> = OrderKind::ALL.iter().map(|kind| kind.as_str()).collect();
@@ -36,8 +54,15 @@ impl FormOrder {
                 known.join(", ")
             )
         })?;
-        let (module, component) = subject(kind, fields)?;
-        let structure = fields.filled("structure").map(str::parse).transpose();
+        // A list names components of several structures with theirs.
+        let (structure, component) = match component.split_once('/') {
+            Some((structure, path)) if component.matches('/').count() == 3 => {
+                (Some(structure), path)
+            }
+            _ => (fields.filled("structure"), component),
+        };
+        let structure = structure.map(str::parse).transpose();
+        let (module, component) = subject(kind, fields, component)?;
         let order = Order {
             component: component.map(Into::into),
             by: PAGE.to_owned(),
@@ -70,13 +95,18 @@ impl FormOrder {
     }
 }
 
-fn subject(kind: OrderKind, fields: &Fields) -> Result<(ModuleName, Option<Component>), String> {
+fn subject(
+    kind: OrderKind,
+    fields: &Fields,
+    component: &str,
+) -> Result<(ModuleName, Option<Component>), String> {
     if kind.is_of_module() {
         let module = fields.filled("module").ok_or("`module` is missing; name the module")?;
         return Ok((module.parse().map_err(in_words)?, None));
     }
-    let component = fields.filled("component");
-    let component = component.ok_or("`component` is missing; name it as MODULE/sensor/NAME")?;
+    if component.is_empty() {
+        return Err("`component` is missing; name it as MODULE/sensor/NAME".to_owned());
+    }
     let path: ComponentPath = component.parse().map_err(in_words)?;
     Ok((path.module, Some(path.component)))
 }
@@ -115,6 +145,7 @@ mod tests {
 
     fn read(kind: &str, fields: &[(&str, &str)]) -> Result<OrderRequest, String> {
         let given = FormOrder::read(kind, &fields.iter().copied().collect(), "Ada Lovelace")?;
+        let [given] = <[FormOrder; 1]>::try_from(given).unwrap();
         Ok(given.request("tower".parse().unwrap(), None))
     }
 
@@ -138,6 +169,25 @@ mod tests {
         assert!(reset.force && !reset.re_tare && reset.for_s.is_none());
         let module = [("module", "module2"), ("note", "painting"), ("for", "2h")];
         assert_eq!(read("suppress", &module).unwrap().subject(), "module2");
+    }
+
+    #[test]
+    fn several_components_are_several_orders_and_a_rows_button_means_its_own_alone() {
+        let several = ("component", "tower/module1/sensor/g2 module2/actuator/a1");
+        let read = |fields: &[(&str, &str)]| {
+            let read = FormOrder::read("acknowledge", &fields.iter().copied().collect(), "Ada");
+            let of = |one: FormOrder| {
+                (one.structure.map(|name| name.to_string()), one.module.to_string())
+            };
+            read.unwrap().into_iter().map(of).collect::<Vec<_>>()
+        };
+        let tower = || Some("tower".to_owned());
+        assert_eq!(
+            read(&[several]),
+            [(tower(), "module1".to_owned()), (None, "module2".to_owned())]
+        );
+        let only = ("only", "tower/module2/actuator/a1");
+        assert_eq!(read(&[several, only]), [(tower(), "module2".to_owned())]);
     }
 
     #[test]

@@ -15,6 +15,7 @@ use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::post;
+use futures_util::future::join_all;
 use maud::html;
 use observer::OrderOutcome;
 use vocabulary::StructureName;
@@ -43,9 +44,17 @@ async fn order(
         return forbidden(name, access.read_only());
     };
     let (is_done, words) = match FormOrder::read(&kind, &fields, &person.name) {
-        Ok(given) => {
-            let outcome = send(&shared, given.clone()).await;
-            (outcome.is_done(), given.words(&outcome))
+        Ok(orders) => {
+            let sent = orders.into_iter().map(|given| {
+                let shared = &shared;
+                async move {
+                    let outcome = send(shared, given.clone()).await;
+                    (outcome.is_done(), given.words(&outcome))
+                }
+            });
+            let outcomes = join_all(sent).await;
+            let words: Vec<&str> = outcomes.iter().map(|(_, words)| words.as_str()).collect();
+            (outcomes.iter().all(|(is_done, _)| *is_done), words.join("; "))
         }
         Err(wrong) => (false, format!("{}; no command was sent", vocabulary::printable(&wrong))),
     };

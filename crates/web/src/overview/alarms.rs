@@ -1,9 +1,10 @@
 //! Alarms by urgency.
 
 use maud::{Markup, html};
-use observer::{Belonging, StateRow, alarms};
+use observer::{Belonging, StateRow, Urgency, alarms};
 use vocabulary::ComponentPath;
 
+use crate::access::Person;
 use crate::look;
 use crate::view::LinkedScene;
 
@@ -44,6 +45,13 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
             (look::state(row))
             a.what href=(href(view, row)) { (row.name()) }
             @if !row.kind.is_empty() { span.kind { (row.kind) } }
+            @if let Some(name) = to_acknowledge(row) {
+                span.acknowledge {
+                    input type="checkbox" name="component" value=(name) form=(SEVERAL)
+                        aria-label={ "Select " (row.name()) };
+                    button type="submit" name="only" value=(name) form=(SEVERAL) { "Acknowledge" }
+                }
+            }
             @if let Some(since) = row.since_unix_ns {
                 p.meta {
                     (look::when(since))
@@ -58,6 +66,28 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
                     }
                 }
             }
+        }
+    }
+}
+
+/// The form that the buttons and check boxes of the list belong to. It stands outside of what is updated live; without it,
+/// for those who may not order, they are hidden.
+pub(super) const SEVERAL: &str = "several";
+
+/// The name under which the form acknowledges a row's fault, if it waits for that.
+fn to_acknowledge(row: &StateRow) -> Option<String> {
+    let path = row.component.as_ref().filter(|_| row.urgency == Urgency::Latched)?;
+    Some(row.structure.as_ref().map_or_else(|| path.to_string(), |of| format!("{of}/{path}")))
+}
+
+/// Acknowledges the selected faults.
+pub(super) fn acknowledge_selected(person: &Person) -> Markup {
+    html! {
+        form #(SEVERAL) method="post" action="/order/acknowledge" {
+            input type="hidden" name="token" value=(person.form_token);
+            input type="hidden" name="back" value="/";
+            label { "Note" input type="text" name="note" maxlength="500" autocomplete="off"; }
+            button type="submit" { "Acknowledge the selected" }
         }
     }
 }

@@ -13,10 +13,11 @@ use axum::response::Response;
 use maud::{Markup, html};
 use vocabulary::StructureName;
 
-use crate::access::Viewer;
+use crate::access::{Person, Viewer};
 use crate::app::Shared;
 use crate::drawing::LinkedDrawing;
 use crate::events;
+use crate::forms::may_order;
 use crate::layout::Page;
 use crate::part::{PagePart, part};
 use crate::view::LinkedScene;
@@ -26,8 +27,8 @@ pub(crate) async fn page(State(app): State<Shared>, viewer: Viewer) -> Response 
     let scene = app.observed.scene();
     let (view, title) = (LinkedScene::new(&scene), scene.summary());
     let main = html! {
-        div #notifier role="status" { (app.notifier.banner()) }
-        (main(&view, app.drawing.as_ref()))
+        div #notifier role="status" { (app.troubles()) }
+        (main(&view, app.drawing.as_ref(), may_order(&viewer)))
     };
     let live = "page=overview".to_owned();
     Page { title: &title, place: "/", live, viewer: &viewer, scene: &scene }.respond(&main)
@@ -49,7 +50,11 @@ pub(crate) fn parts(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> 
     parts
 }
 
-pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> Markup {
+pub(crate) fn main(
+    view: &LinkedScene<'_>,
+    drawing: Option<&LinkedDrawing>,
+    person: Option<&Person>,
+) -> Markup {
     html! {
         div.title {
             h1 #names { (names(view)) }
@@ -59,6 +64,7 @@ pub(crate) fn main(view: &LinkedScene<'_>, drawing: Option<&LinkedDrawing>) -> M
             section.alarms aria-labelledby="alarms-title" {
                 h2 #alarms-title { "Needs attention" }
                 div #alarms { (alarms::urgent(view)) }
+                @if let Some(person) = person { (alarms::acknowledge_selected(person)) }
                 div #others { (alarms::others(view)) }
             }
             @if let Some(drawing) = drawing {

@@ -86,7 +86,7 @@ fn rendered(app: &Shared, page: &LivePage, watch: Option<&mut ComponentWatch>) -
         part.html = app.access.site().based(&part.html);
     }
     if *page == LivePage::Overview {
-        parts.push(part("notifier", app.notifier.banner()));
+        parts.push(part("notifier", app.troubles()));
     }
     parts.push(part("icon", layout::icon(&scene)));
     parts.push(part("network", layout::network(&scene)));

@@ -60,7 +60,7 @@ impl Server {
         };
         let supervisor = Supervisor::from_environment();
         supervisor.progress();
-        let app = app(config, &supervisor, shutdown.clone());
+        let app = app(config, &supervisor, shutdown.clone()).unwrap();
         let serving = tokio::spawn(listener.serve(router(app.clone()), shutdown));
         Server { app, address, trigger, serving }
     }

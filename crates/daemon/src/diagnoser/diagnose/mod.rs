@@ -118,6 +118,8 @@ pub(crate) struct DiagnosisLoop {
     shuts_off: bool,
     not_shut_off: Occurrences,
     last_progress: Option<(Progress, Instant)>,
+    /// Of each channel the largest excess of its divergence since the latest status.
+    largest_change: Vec<f64>,
 }
 
 impl DiagnosisLoop {
@@ -130,6 +132,7 @@ impl DiagnosisLoop {
         supervisor: Supervisor,
     ) -> Self {
         let last_watch = shared.watch;
+        let largest_change = vec![0.0; diagnoser.components().len()];
         Self {
             diagnoser,
             actions: Vec::new(),
@@ -153,6 +156,7 @@ impl DiagnosisLoop {
             shuts_off: config.tolerance.by_itself,
             not_shut_off: Occurrences::default(),
             last_progress: None,
+            largest_change,
         }
     }
 
@@ -161,7 +165,8 @@ impl DiagnosisLoop {
         let mut ticks = interval(TICK);
         ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
         self.note_conditions();
-        self.supervisor.ready(&status_line::of_module(&self.status(0)));
+        let status = status_line::of_module(&self.status(0));
+        self.supervisor.ready(&status);
         loop {
             self.supervisor.progress();
             let pause = self.executor.query_pause.until().map(Instant::from_std);
@@ -216,6 +221,9 @@ impl DiagnosisLoop {
         self.handle(Event::Sample(sample));
         if self.diagnoser.counters().samples == used_before {
             return;
+        }
+        for (channel, largest) in self.largest_change.iter_mut().enumerate() {
+            *largest = largest.max(self.diagnoser.excess(channel));
         }
         self.staleness.sample(std::time::Instant::now());
         self.note_time(time_unix_ns);
@@ -616,7 +624,7 @@ impl DiagnosisLoop {
         self.last_watch = Some(watch);
     }
 
-    fn status(&self, queued_samples: usize) -> ModuleStatus {
+    fn status(&mut self, queued_samples: usize) -> ModuleStatus {
         let around = Surroundings {
             speaker: &self.executor.speaker,
             thresholds: &self.thresholds,
@@ -631,6 +639,10 @@ impl DiagnosisLoop {
             intake: self.input.receiver.counters(),
             inquiries: self.executor.inquiries.read(),
             publisher: self.executor.outbox.counters(),
+            largest_change: std::mem::replace(
+                &mut self.largest_change,
+                vec![0.0; self.diagnoser.components().len()],
+            ),
         };
         status::compile(&self.diagnoser, &self.shared.store.lock().components, around)
     }
@@ -641,7 +653,7 @@ impl DiagnosisLoop {
         state.components.monitored(phase, reason, clock::unix_ns());
     }
 
-    fn send_status(&self, queued_samples: usize) {
+    fn send_status(&mut self, queued_samples: usize) {
         let phase = self.staleness.phase(self.diagnoser.phase());
         let reason = self.reason(phase);
         self.note_phase(phase, reason.clone());
@@ -651,7 +663,7 @@ impl DiagnosisLoop {
         let components = {
             let state = self.shared.store.lock();
             identifications.kinds = status::kinds(&state.components);
-            status::of_components(&self.diagnoser, &state.components)
+            status::of_components(&state.components)
         };
         let report = ModuleReport { reason, components, status: status.clone(), identifications };
         self.shared.health.write(report);

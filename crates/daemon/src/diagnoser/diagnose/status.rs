@@ -6,7 +6,7 @@ use process::{ComponentStore, PresentComponent};
 use shell::clock;
 use vocabulary::{
     Condition, FaultState, FaultTransition, InquiryCounters, IntakeCounters, JournalStatus,
-    ModulePhase, ModuleStatus, PeerStatus, PublisherCounters,
+    Margins, ModulePhase, ModuleStatus, PeerStatus, PublisherCounters,
 };
 
 use crate::metrics::{AsideReport, ComponentReport, KindReport};
@@ -27,6 +27,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) intake: IntakeCounters,
     pub(crate) inquiries: InquiryCounters,
     pub(crate) publisher: PublisherCounters,
+    /// Of each channel the largest excess of its divergence since the status before.
+    pub(crate) largest_change: Vec<f64>,
 }
 
 pub(crate) fn compile(
@@ -67,6 +69,7 @@ pub(crate) fn compile(
         inquiries: around.inquiries,
         diagnosis: *diagnoser.counters(),
         publisher: around.publisher,
+        margins: margins(diagnoser, &around.largest_change),
         time_unix_ns: clock::unix_ns(),
     }
 }
@@ -76,15 +79,31 @@ pub(crate) fn conditions(diagnoser: &Diagnoser) -> impl Iterator<Item = Conditio
     diagnoser.conditions().cloned()
 }
 
-/// How each component is.
-pub(crate) fn of_components(diagnoser: &Diagnoser, store: &ComponentStore) -> Vec<ComponentReport> {
-    let report = |(present, evidence): (PresentComponent<'_>, &diagnosis::Evidence)| {
-        let component = present.component.clone();
-        let ratio = evidence.divergence.map(|_| evidence.ratio());
-        let aside = present.latest.map(aside).unwrap_or_default();
-        ComponentReport { component, state: present.state, ratio, aside }
+/// How near each component is to its limits, rounded to what is worth keeping.
+fn margins(diagnoser: &Diagnoser, largest_change: &[f64]) -> Vec<Margins> {
+    let rounded = |share: Option<f64>| share.map(|share| (1e4 * share).round() / 1e4);
+    let of_channel = |(channel, change): (usize, &f64)| {
+        let is_defined = diagnoser.evidence()[channel].divergence.is_some();
+        let known = diagnoser.margins(channel);
+        Margins {
+            change: rounded(Some(*change).filter(|_| is_defined && known.change.is_none())),
+            departure: rounded(known.departure),
+            oil_content: rounded(known.oil_content),
+            scatter: rounded(known.scatter),
+            ..known
+        }
     };
-    store.present().zip(diagnoser.evidence()).map(report).collect()
+    largest_change.iter().enumerate().map(of_channel).collect()
+}
+
+/// How each component is.
+pub(crate) fn of_components(store: &ComponentStore) -> Vec<ComponentReport> {
+    let report = |present: PresentComponent<'_>| {
+        let component = present.component.clone();
+        let aside = present.latest.map(aside).unwrap_or_default();
+        ComponentReport { component, state: present.state, aside }
+    };
+    store.present().map(report).collect()
 }
 
 /// What the present faults may be.

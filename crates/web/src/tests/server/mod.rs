@@ -28,6 +28,7 @@ use zenoh::Session;
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
 use crate::listener::{Listener, PageAccess};
+use crate::memory::Memory;
 use crate::metrics::Metrics;
 use crate::notifier::Notifier;
 use crate::observed::Observed;
@@ -64,7 +65,11 @@ impl PageServer {
         access.site = page.site();
         let (trigger, shutdown) = shutdown::pair();
         let app = App {
-            observed: Arc::new(Observed::new(live(network), Duration::from_secs(10))),
+            observed: Arc::new(Observed::new(
+                live(network),
+                Memory::default(),
+                Duration::from_secs(10),
+            )),
             access: Arc::new(Access::new(access)),
             structure: None,
             operator,
