@@ -10,7 +10,7 @@ use tokio::net::{TcpSocket, TcpStream};
 use tokio::task::JoinSet;
 
 use crate::binaries::{configs, program};
-use crate::deployment::Deployment;
+use crate::deployment::{Deployment, MODULES};
 use crate::in_time;
 use crate::process::Process;
 
@@ -36,6 +36,7 @@ impl WebPage {
         command.args(["web", "--structure", "tower", "--mode", "peer"]);
         command.args(["--listen", &address.to_string(), "--drawing"]);
         command.arg(configs().join("tower.toml"));
+        command.arg("--state-dir").arg(deployment.state_directory(MODULES.len()));
         for endpoint in &deployment.endpoints {
             command.args(["--connect", endpoint]);
         }
@@ -86,8 +87,11 @@ impl WebPage {
         let socket = TcpSocket::new_v4().unwrap();
         socket.bind((from, 0).into()).unwrap();
         let mut stream = socket.connect(self.address).await.unwrap();
+        // Half of them look at a component: its evidence, margins and trends.
+        let page =
+            ["page=overview", "page=component&of=module1/sensor/g1&structure=tower"][place % 2];
         let request = format!(
-            "GET /stream?page=overview HTTP/1.1\r\nHost: {}\r\nAccept: text/event-stream\r\n\r\n",
+            "GET /stream?{page} HTTP/1.1\r\nHost: {}\r\nAccept: text/event-stream\r\n\r\n",
             self.address
         );
         stream.write_all(request.as_bytes()).await.unwrap();

@@ -14,6 +14,7 @@ import subprocess
 import tempfile
 import threading
 import time
+import urllib.request
 import warnings
 from pathlib import Path
 
@@ -25,6 +26,7 @@ import zenoh
 from conftest import LIMIT_S, PROGRAMS, ROOT, cannot, needs, trusswatch, until
 from held_thread import has_died, hold
 from machine import Bridge, Machine, run
+from playwright.sync_api import expect, sync_playwright
 
 pytestmark = pytest.mark.timeout(package.LIMIT_S)
 
@@ -34,7 +36,7 @@ def boot(own_network, request):
     """Boots machines, by name and address, joined with this computer by a bridge. Each has the package in /root."""
     if os.geteuid() != 0:
         cannot("machines", "needs root")
-    needs("systemd-nspawn", "debootstrap", "ip", "dpkg-deb")
+    needs("systemd-nspawn", "debootstrap", "ip", "dpkg-deb", "chromium")
     probe = ["unshare", "--mount", "--net", "--pid", "--uts", "--ipc", "--fork", "mount", "-t", "tmpfs", "none", tempfile.gettempdir()]
     if subprocess.run(probe, capture_output=True).returncode != 0:
         cannot("machines", "no namespaces or mounts here")
@@ -68,6 +70,7 @@ UNIT1, UNIT2 = "trusswatch-diagnoser@module1.service", "trusswatch-diagnoser@mod
 PLANT_UNIT = "trusswatch-plant.service"
 ETC = "etc/trusswatch"
 G2, G3, A4 = "module1/sensor/g2", "module1/sensor/g3", "module2/actuator/a4"
+G5 = "module2/sensor/g5"
 # Steps until a fault no longer explains changes and has left the statistics.
 APART = 5500
 
@@ -407,9 +410,9 @@ def test_package_on_two_computers(boot, tmp_path):
 
 DOCUMENT = "deploy/secure.md"
 ADDRESSES = {"ground": "192.0.2.10", "module1": "192.0.2.11", "module2": "192.0.2.12"}
-PORT = 7447
+PORT, PAGE_PORT = 7447, 8480
 UNITS = {
-    "ground": ["trusswatch-router", "trusswatch-plant"],
+    "ground": ["trusswatch-router", "trusswatch-plant", "trusswatch-web"],
     "module1": ["trusswatch-diagnoser@module1"],
     "module2": ["trusswatch-diagnoser@module2"],
 }
@@ -439,11 +442,11 @@ def modules(ground):
     return shown and all(module["phase"] == "in_service" for module in shown["modules"]) and shown
 
 
-def only_that_fault(ground):
-    """The only faulty or suspect component is the one that the document injected and acknowledged."""
+def only_those_faults(ground):
+    """The only faulty or suspect components are those that the document injected, and that were acknowledged."""
     shown = modules(ground)
     suspects = ("tentative", "latched", "acknowledged", "unconfirmed")
-    return shown and {c["component"]: c["state"] for c in shown["components"] if c["state"] in suspects} == {G2: "acknowledged"}
+    return shown and {c["component"]: c["state"] for c in shown["components"] if c["state"] in suspects} == {G2: "acknowledged", G5: "acknowledged"}
 
 
 def services(machines):
@@ -459,10 +462,32 @@ def keys_are_private(machines):
         assert name == "ground" or not (machine.root / "root" / name).exists(), f"{name} keeps a key at home"
 
 
-def only_the_router_listens(machines):
+def only_the_router_and_the_page_listen(machines):
     for name, machine in machines.items():
         lines = machine.do("ss", "--no-header", "--listening", "--tcp", "--numeric").splitlines()
-        assert [line.split()[3] for line in lines] == ([f"{ADDRESSES['ground']}:{PORT}"] if name == "ground" else []), name
+        expected = [f"{ADDRESSES['ground']}:{port}" for port in (PORT, PAGE_PORT)] if name == "ground" else []
+        assert sorted(line.split()[3] for line in lines) == expected, name
+
+
+def ada_acknowledges_on_her_phone(ground):
+    """From another computer, over TLS with the authority's certificate."""
+    address = f"https://{ADDRESSES['ground']}:{PAGE_PORT}"
+    link = ground.do("trusswatch", "web", "link", "Ada Lovelace", "--address", address).strip()
+    trusted = ssl.create_default_context(cafile=str(ground.root / "root/pki/operator.web/authority.pem"))
+    with urllib.request.urlopen(f"{address}/healthz", context=trusted, timeout=LIMIT_S) as answer:
+        assert answer.status == 200
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        # The certificate was checked above; this browser has no place to import an authority to.
+        phone = browser.new_context(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, ignore_https_errors=True)
+        page = phone.new_page()
+        page.goto(link)
+        page.get_by_label("Keep this device signed in").check()
+        page.get_by_role("button", name="Sign in").tap()
+        row = page.locator("#alarms li").filter(has_text=G5).first
+        row.get_by_role("button", name="Acknowledge").tap()
+        expect(page.locator(".message")).to_contain_text("acknowledged")
+        browser.close()
 
 
 def handshake(ground, holder):
@@ -508,7 +533,7 @@ def all_lose_power(machines):
         machine.lose_power()
     for machine in machines.values():
         machine.boot()
-    until("everything is back", lambda: only_that_fault(machines["ground"]))
+    until("everything is back", lambda: only_those_faults(machines["ground"]))
 
 
 def test_new_user_secures_a_system_as_documented(boot):
@@ -516,8 +541,9 @@ def test_new_user_secures_a_system_as_documented(boot):
     follow_the_document(machines)
     services(machines)
     keys_are_private(machines)
-    only_the_router_listens(machines)
+    only_the_router_and_the_page_listen(machines)
+    ada_acknowledges_on_her_phone(machines["ground"])
     links_are_secured(machines)
-    assert only_that_fault(machines["ground"])
+    assert only_those_faults(machines["ground"])
     no_link_breaks(machines)
     all_lose_power(machines)

@@ -17,6 +17,8 @@ from axe_playwright_python.sync_playwright import Axe
 from conftest import LIMIT_S, PROGRAMS, ROOT, free_ports, needs, trusswatch, until
 from playwright.sync_api import expect, sync_playwright
 
+# One long story; on a slow machine it takes three times as long.
+pytestmark = pytest.mark.timeout(900)
 DOCUMENTED = ROOT / "deploy/pictures"
 GAGE = "module1/sensor/g2"
 CYLINDER = "module2/actuator/a4"
@@ -306,6 +308,18 @@ def what_happened_can_be_printed(site):
     site.is_accessible(page)
     page.emulate_media(media="print")
     page.screenshot(path=site.pictures / "incident-print.png", full_page=True)
+    # Event by event, the drawing is what it was.
+    page = site.page("/replay")
+    expect(page.locator("#signs a.latched, #signs a.acknowledged")).not_to_have_count(0)
+    page.locator("ol.log li").filter(has_text=GAGE).filter(has_text="latched").get_by_role("link").click()
+    expect(page.locator(f'#signs a[href^="/component/{GAGE}"]')).to_have_class(re.compile("latched"))
+    expect(page.locator(f'#signs a[href^="/component/{OTHER}"]')).not_to_have_class(re.compile("latched|acknowledged"))
+    site.is_accessible(page)
+    page.screenshot(path=site.pictures / "replay.png", full_page=True)
+    before = page.locator("p.headline").inner_text()
+    page.get_by_role("button", name="play").click()
+    expect(page.locator("p.headline")).not_to_have_text(before)
+    page.get_by_role("button", name="pause").click()
 
 
 def her_phone_stays_signed_in_until_it_is_signed_out(site, page):

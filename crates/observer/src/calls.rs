@@ -1,8 +1,8 @@
 //! Notifications of incidents: what is sent to whom, and when; to each recipient once and in order.
 //!
-//! A plain value: scenes, the time and what was delivered go in; calls come out. Written to disk as a whole and read again, it
-//! goes on where it was. An incident is called when it opens, again when nobody has acknowledged it in time, and when it is
-//! resolved. What is acknowledged, shelved or suppressed is quiet.
+//! A plain value: scenes, times and acknowledged deliveries go in, notifications come out. It is serialised as a whole, so
+//! that a restarted process continues where it stopped. People are notified when an incident opens, again if nobody
+//! acknowledges it in time, and when it is resolved. Acknowledged, shelved and suppressed incidents are silent.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use vocabulary::words::printable;
 use vocabulary::{ComponentPath, FaultState, ModuleName, StructureName};
 
-use crate::{NetworkState, Scene, StateRow, Urgency, alarms, known_identification};
+use crate::{ModuleView, NetworkState, Scene, StateRow, Urgency, alarms, known_identification};
 
 const SECOND_NS: u64 = 1_000_000_000;
 /// For how long a fault's kind is waited for \[ns\].
@@ -254,6 +254,26 @@ impl Calls {
             present.insert(key.clone());
             self.see(key, incident, (is_quiet, is_identified), now);
         }
+        for module in &scene.modules {
+            let Some(words) = module.expiring_certificate() else { continue };
+            let key = format!("{} certificate", module_name(module));
+            let until = module.status.as_ref().and_then(|status| status.certificate_until_unix_s);
+            let incident = CalledIncident {
+                id: format!("{}@certificate-{}", module_name(module), until.unwrap_or_default()),
+                severity: Severity::Warning,
+                structure: module.structure.clone(),
+                module: Some(module.module.clone()),
+                component: None,
+                name: module.module.to_string(),
+                state: words,
+                kind: String::new(),
+                extent: String::new(),
+                why: "renew it: trusswatch pki renew".to_owned(),
+                since_unix_ns: now,
+            };
+            present.insert(key.clone());
+            self.see(key, incident, (false, false), now);
+        }
         let over = |(key, open): (&String, &OpenIncident)| {
             let is_over = !present.contains(key) && is_over(scene, &open.incident);
             is_over.then(|| key.clone())
@@ -378,6 +398,12 @@ fn called(row: &StateRow) -> Option<(String, Severity, bool)> {
         }
         _ => None,
     }
+}
+
+/// A module with its structure.
+fn module_name(module: &ModuleView) -> String {
+    let structure = module.structure.as_ref().map_or("?", StructureName::as_str);
+    format!("{structure}/{}", module.module)
 }
 
 /// Whether an incident is known to be over: what is not known at present is not over.
@@ -516,6 +542,37 @@ mod tests {
             told(&mut calls).into_iter().map(|(occasion, _)| occasion).collect();
         let (opened, again) = (Occasion::Opened, Occasion::Returned);
         assert_eq!(occasions, [opened, Occasion::Escalated, Occasion::Quieted, again]);
+    }
+
+    #[test]
+    fn a_certificate_that_expires_soon_is_told_of_once_until_it_is_renewed() {
+        let now_s = 2_000_000_000;
+        let with = |left_days: i64| {
+            let normal = component(FaultState::Normal);
+            let mut seen = scene(vec![module("m1", ModulePhase::InService, vec![normal])]);
+            let mut status = crate::testing::status("m1", &[]);
+            status.time_unix_ns = now_s * SECOND_NS;
+            let until = i64::try_from(now_s).unwrap() + left_days * 86_400 + 60;
+            status.certificate_until_unix_s = u64::try_from(until).ok();
+            seen.modules[0].status = Some(status);
+            seen
+        };
+        let mut calls = calls();
+        for second in 0..60 {
+            calls.observe(&with(22), second * SECOND_NS, None);
+        }
+        assert_eq!(told(&mut calls), []);
+        for second in 60..90 {
+            calls.observe(&with(20), second * SECOND_NS, None);
+        }
+        let title = "m1: its certificate expires in 20 days (2033-06-07T03:34:20.000Z)".to_owned();
+        assert_eq!(told(&mut calls), [(Occasion::Opened, title.clone())]);
+        calls.observe(&with(365), 90 * SECOND_NS, None);
+        assert_eq!(told(&mut calls), [(Occasion::Resolved, title)]);
+        let words = |days| with(days).modules[0].expiring_certificate().unwrap();
+        assert!(words(1).starts_with("its certificate expires in a day ("), "{}", words(1));
+        assert!(words(0).starts_with("its certificate expires within a day ("), "{}", words(0));
+        assert!(words(-2).starts_with("its certificate has expired ("), "{}", words(-2));
     }
 
     #[test]

@@ -17,10 +17,10 @@ pub mod trend;
 mod view;
 
 pub use view::{
-    Belonging, ComponentId, Contradiction, Counts, DetectionFacts, EventLine, HistoryGap,
-    JournalEntry, JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView, NetworkState, News,
-    ObservedEvent, OrderOutcome, OrderRequest, PastFault, PeriodReport, QueryError, RowGroup,
-    RowId, Scene, StateRow, StructureRow, Structures, Times, Urgency, alarms, all_is_well,
-    attention, explained_by, in_a_sentence, is_frame_of, known_identification, order_subject, rows,
-    sign, structures, title, why_no_fault,
+    Belonging, ComponentId, Contradiction, CountedLine, Counts, DetectionFacts, EventLine,
+    HistoryGap, JournalEntry, JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView,
+    NetworkState, News, ObservedEvent, OrderOutcome, OrderRequest, PastFault, PeriodReport,
+    QueryError, RowGroup, RowId, Scene, StateRow, StructureRow, Structures, Times, Urgency, alarms,
+    all_is_well, attention, counted, explained_by, in_a_sentence, is_frame_of,
+    known_identification, order_subject, rows, scene_at, sign, structures, title, why_no_fault,
 };

@@ -20,8 +20,12 @@ const SHOWN: &str = "/run/credentials";
 
 /// Prefix and suffix of the name of a diagnoser's unit, around the instance.
 const DIAGNOSER: (&str, &str) = ("trusswatch-diagnoser@", ".service");
+/// Prefix of the name of a client's unit.
+const CLIENT: &str = "trusswatch-";
 const PLANT: &str = "trusswatch-plant.service";
 const ROUTER: &str = "trusswatch-router.service";
+/// The services that observe: an operator or an observer of one of these names is the service of that name.
+const CLIENTS: [&str; 3] = ["web", "notify", "recorder"];
 
 /// A service that authenticates.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -32,6 +36,8 @@ pub enum Service {
     Plant,
     /// A router.
     Router,
+    /// The page, the notifier or the recorder, by its name.
+    Client(&'static str),
 }
 
 /// Why an identity was not installed.
@@ -57,7 +63,10 @@ pub enum InstallError {
         reason: HolderError,
     },
     /// The certificate of a person.
-    #[error("`{0}` has no service; show its directory with `--tls`")]
+    #[error(
+        "`{0}` has no service; show its directory with `--tls`. An operator or observer that is a service is named `web`, \
+         `notify` or `recorder`"
+    )]
     NoService(CommonName),
     /// Services of this computer belong to another authority.
     #[error(
@@ -78,15 +87,19 @@ pub enum InstallError {
 }
 
 impl Service {
-    /// The service of a holder; `None` for people.
+    /// The service of a holder; `None` for people. `operator.web` is not a person but the page.
     #[must_use]
     pub fn of(holder: &Holder) -> Option<Self> {
         match holder {
             Holder::Module(name) => Some(Service::Diagnoser(name.to_string())),
             Holder::Plant => Some(Service::Plant),
             Holder::Router(_) => Some(Service::Router),
-            Holder::Operator(_) | Holder::Observer(_) => None,
+            Holder::Operator(name) | Holder::Observer(name) => Self::of_client(&name.to_string()),
         }
+    }
+
+    fn of_client(name: &str) -> Option<Self> {
+        CLIENTS.into_iter().find(|client| *client == name).map(Service::Client)
     }
 
     /// The service of a unit, if it has one.
@@ -95,8 +108,11 @@ impl Service {
             PLANT => Some(Service::Plant),
             ROUTER => Some(Service::Router),
             _ => {
-                let instance = unit.strip_prefix(DIAGNOSER.0)?.strip_suffix(DIAGNOSER.1)?;
-                Some(Service::Diagnoser(instance.to_owned()))
+                let name = unit.strip_suffix(DIAGNOSER.1)?;
+                match name.strip_prefix(DIAGNOSER.0) {
+                    Some(instance) => Some(Service::Diagnoser(instance.to_owned())),
+                    None => Self::of_client(name.strip_prefix(CLIENT)?),
+                }
             }
         }
     }
@@ -108,6 +124,7 @@ impl Service {
             Service::Diagnoser(instance) => format!("{}{instance}{}", DIAGNOSER.0, DIAGNOSER.1),
             Service::Plant => PLANT.to_owned(),
             Service::Router => ROUTER.to_owned(),
+            Service::Client(name) => format!("{CLIENT}{name}{}", DIAGNOSER.1),
         }
     }
 
@@ -124,6 +141,7 @@ impl Service {
             Service::Diagnoser(instance) => instance,
             Service::Plant => "plant",
             Service::Router => "router",
+            Service::Client(name) => name,
         };
         Identity {
             authority: store.join(format!("trusswatch.{AUTHORITY}")),
@@ -207,6 +225,9 @@ mod tests {
             ("trusswatch-diagnoser@.service", "trusswatch-diagnoser@m7.service", "m7", "m7"),
             (PLANT, PLANT, "plant", ""),
             (ROUTER, ROUTER, "router.ground", ""),
+            ("trusswatch-web.service", "trusswatch-web.service", "operator.web", ""),
+            ("trusswatch-notify.service", "trusswatch-notify.service", "observer.notify", ""),
+            ("trusswatch-recorder.service", "trusswatch-recorder.service", "observer.recorder", ""),
         ] {
             let service = Service::of(&holder.parse().unwrap()).unwrap();
             assert_eq!(service.unit(), unit);

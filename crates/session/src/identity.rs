@@ -31,6 +31,14 @@ impl Network {
         }
     }
 
+    /// When the certificate of the process expires \[s since 1970\]; `None` without one, or if it cannot be read, which
+    /// the checks report.
+    #[must_use]
+    pub fn certificate_until_unix_s(&self) -> Option<u64> {
+        let certificate = Certificate::read(&self.identity()?.certificate).ok()?;
+        u64::try_from(certificate.lifetime.until.unix_timestamp()).ok()
+    }
+
     /// Problems of the certificates that depend on the time.
     #[must_use]
     pub fn problems_of_time(&self) -> Vec<IdentityProblem> {

@@ -66,6 +66,8 @@ pub struct ModuleStatus {
     pub diagnosis: Counters,
     /// What went out.
     pub publisher: PublisherCounters,
+    /// When the certificate that it shows on the network expires \[s since 1970\]; `null` without one.
+    pub certificate_until_unix_s: Option<u64>,
     /// How near each component is to its limits.
     pub margins: Vec<Margins>,
     /// When this was published \[ns since 1970\].
@@ -104,6 +106,7 @@ impl ModuleStatus {
             inquiries: InquiryCounters::default(),
             diagnosis: Counters::default(),
             publisher: PublisherCounters::default(),
+            certificate_until_unix_s: None,
             margins: Vec::new(),
             time_unix_ns: 0,
         }

@@ -583,6 +583,7 @@ fn statuses_are_read_back() {
         intake: vocabulary::IntakeCounters { received: 3002, malformed: 1, ..Default::default() },
         diagnosis: vocabulary::Counters { samples: 3001, ..Default::default() },
         publisher: vocabulary::PublisherCounters { events: 5, ..Default::default() },
+        certificate_until_unix_s: Some(1_826_831_315),
         margins: vec![Margins {
             change: Some(0.25),
             departure: Some(-0.5),

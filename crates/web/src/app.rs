@@ -78,6 +78,7 @@ fn pages(app: Shared) -> Router {
         .route("/history", get(history::page))
         .route("/events", get(events::page))
         .route("/report", get(report::page))
+        .route("/replay", get(report::replay))
         .route("/incident", get(report::incident))
         .route("/stream", get(stream::stream))
         .route("/fragments", get(stream::fragments))

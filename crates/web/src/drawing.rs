@@ -37,8 +37,8 @@ impl LinkedDrawing {
         }
     }
 
-    /// The surroundings of a component, enlarged, with the words that somebody needs who goes there; nothing if it is not
-    /// drawn.
+    /// An enlarged drawing of the component's surroundings and a description of its location for whoever goes there. Empty if
+    /// the drawing does not show the component.
     pub(crate) fn place(
         &self,
         view: &LinkedScene<'_>,

@@ -1,9 +1,11 @@
 //! Events, latest first, updated live.
 
+use std::sync::Arc;
+
 use axum::extract::State;
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{EventLine, ObservedEvent};
+use observer::{CountedLine, counted};
 
 use crate::access::Viewer;
 use crate::app::Shared;
@@ -55,22 +57,27 @@ fn list(view: &LinkedScene<'_>, most: usize) -> Markup {
     html! {
         @if view.scene.events.is_empty() { p.nothing { "Nothing yet." } }
         @else {
-            ol.log { @for event in view.scene.events.iter().rev().take(most) { (line(view, event)) } }
+            ol.log {
+                @for one in counted(view.scene.events.iter().rev().map(Arc::as_ref)).iter().take(most) {
+                    (line(view, one))
+                }
+            }
         }
     }
 }
 
 /// Time, event, subject and reason.
-fn line(view: &LinkedScene<'_>, event: &ObservedEvent) -> Markup {
-    let line = EventLine::of(event);
+fn line(view: &LinkedScene<'_>, counted: &CountedLine) -> Markup {
+    let CountedLine { line, times, first_unix_ns } = counted;
     html! {
         li {
-            (look::when(line.time_unix_ns)) " " (look::event(&line)) " "
+            (look::when(line.time_unix_ns)) " " (look::event(line)) " "
             @match (&line.component, &line.module) {
                 (Some(path), _) => a href=(view.component(line.structure.as_ref(), path)) { (line.who) },
                 (None, Some(module)) => a href=(view.module(line.structure.as_ref(), module)) { (line.who) },
                 (None, None) => (line.who),
             }
+            @if *times > 1 { b.times { " " (times) " times since " } (look::when(*first_unix_ns)) }
             @if let Some(step) = line.step { span.step { " step " (step) } }
             @if !line.why.is_empty() { ": " (line.why) }
         }

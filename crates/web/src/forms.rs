@@ -77,8 +77,8 @@ struct OrderForm<'a> {
     present: &'a str,
 }
 
-/// What is so of a component, as far as orders depend on it: its state, and whether its alarm is set aside. The script keeps
-/// up with changes.
+/// The properties of a component that decide which orders are possible: its state, and whether its alarm is set aside. The
+/// page's script tracks changes.
 fn order_states(row: &StateRow) -> String {
     format!("{} {}", row.sign, if row.is_set_aside { "aside" } else { "plain" })
 }

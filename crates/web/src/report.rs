@@ -1,5 +1,5 @@
-//! What this page has kept, for the files: a report of a period, and a fault with everything that belongs to it, as pages to
-//! print.
+//! What this page has kept: a report of a period, and a fault with everything that belongs to it, as pages to print; the
+//! drawing as it was.
 
 use std::ops::RangeInclusive;
 use std::sync::Arc;
@@ -9,7 +9,9 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::Response;
 use maud::{Markup, html};
-use observer::{JournalEntry, ModuleHistory, PastFault, PeriodReport, Times, explained_by};
+use observer::{
+    JournalEntry, Journals, ModuleHistory, PastFault, PeriodReport, Times, explained_by, scene_at,
+};
 use serde::Deserialize;
 use vocabulary::words::{NOTHING, parse_utc, percent, printable, span, utc};
 use vocabulary::{ComponentPath, StructureName};
@@ -19,6 +21,7 @@ use crate::app::{App, Shared};
 use crate::history::entries;
 use crate::layout::Page;
 use crate::look;
+use crate::overview::alarms;
 use crate::view::LinkedScene;
 
 /// What a report covers unless a time is given.
@@ -36,6 +39,8 @@ pub(crate) struct ReportParameters {
     to: String,
     /// The number of an incident.
     id: String,
+    /// The moment of a replay.
+    at: String,
 }
 
 impl ReportParameters {
@@ -51,6 +56,18 @@ impl ReportParameters {
             return Err("from: it is not before the end of the period".to_owned());
         }
         Ok((from, until))
+    }
+
+    /// The form for the period.
+    fn form(&self, action: &str) -> Markup {
+        let local = |text: &str| text.trim_end_matches('Z').to_owned();
+        html! {
+            form.filter method="get" action=(action) {
+                label { "From [UTC]" input type="datetime-local" step="1" name="from" value=(local(&self.from)); }
+                label { "To [UTC]" input type="datetime-local" step="1" name="to" value=(local(&self.to)); }
+                button type="submit" { "Show" }
+            }
+        }
     }
 }
 
@@ -93,7 +110,7 @@ pub(crate) async fn page(
         Err(problem) => {
             return page.refusing(
                 StatusCode::BAD_REQUEST,
-                &html! { h1 { "Report" } (form(&asked)) p.trouble.latched role="alert" { (printable(&problem)) } },
+                &html! { h1 { "Report" } (asked.form("/report")) p.trouble.latched role="alert" { (printable(&problem)) } },
             );
         }
     };
@@ -112,8 +129,9 @@ pub(crate) async fn page(
     let view = LinkedScene::new(&scene);
     page.respond(&html! {
         h1 { "Report" }
-        p { (look::when(period.0)) " to " (look::when(period.1)) }
-        (form(&asked))
+        p { (look::when(period.0)) " to " (look::when(period.1)) " · "
+            a href={ "/replay?from=" (asked.from) "&to=" (asked.to) } { "replay" } }
+        (asked.form("/report"))
         @match since {
             None => p.nothing { "Nothing is kept: start the page with --state-dir." },
             Some(_) => {
@@ -124,16 +142,6 @@ pub(crate) async fn page(
             }
         }
     })
-}
-
-fn form(asked: &ReportParameters) -> Markup {
-    html! {
-        form.filter method="get" action="/report" {
-            label { "From [UTC]" input type="datetime-local" step="1" name="from" value=(asked.from.trim_end_matches('Z')); }
-            label { "To [UTC]" input type="datetime-local" step="1" name="to" value=(asked.to.trim_end_matches('Z')); }
-            button type="submit" { "Show" }
-        }
-    }
 }
 
 type Reports = [(ModuleHistory, PeriodReport)];
@@ -221,6 +229,96 @@ fn ns(duration: u64) -> String {
         return NOTHING.to_owned();
     }
     span(duration as f64 / 1e6)
+}
+
+/// Most events that are listed of a time range.
+const LISTED: usize = 500;
+
+/// `/replay`: the drawing as it was at a time, event by event.
+pub(crate) async fn replay(
+    State(app): State<Shared>,
+    Query(asked): Query<ReportParameters>,
+    viewer: Viewer,
+) -> Response {
+    let scene = app.observed.scene();
+    let live = String::new();
+    let page = Page { title: "Replay", place: "/replay", live, viewer: &viewer, scene: &scene };
+    let period = asked.period(shell::clock::unix_ns());
+    let at = match asked.at.as_str() {
+        "" => Ok(None),
+        text => parse_utc(text).map(Some).map_err(|problem| format!("at: {problem}")),
+    };
+    let (period, at) = match period.and_then(|period| Ok((period, at?))) {
+        Ok(asked) => asked,
+        Err(problem) => {
+            return page.refusing(
+                StatusCode::BAD_REQUEST,
+                &html! { h1 { "Replay" } (asked.form("/replay")) p.trouble.latched role="alert" { (printable(&problem)) } },
+            );
+        }
+    };
+    let kept = kept(&app, 0..=period.1).await;
+    let entries = Journals::merge(kept.iter().map(|(history, _)| history)).entries;
+    let within = entries
+        .iter()
+        .filter(|entry| (period.0..=period.1).contains(&entry.time_unix_ns()) && is_shown(entry));
+    let within: Vec<&JournalEntry<'_>> = within.collect();
+    let at = at.or_else(|| within.last().map(|entry| entry.time_unix_ns())).unwrap_or(period.1);
+    let heard = kept.iter().map(|(history, names)| (history, names.as_slice()));
+    let past = scene_at(heard, at);
+    page.respond(&replayed(&app, &LinkedScene::new(&past), &asked, &within))
+}
+
+/// Whether an entry changes the drawing.
+fn is_shown(entry: &JournalEntry<'_>) -> bool {
+    !matches!(entry, JournalEntry::Identification(_))
+}
+
+fn replayed(
+    app: &App,
+    past: &LinkedScene<'_>,
+    asked: &ReportParameters,
+    within: &[&JournalEntry<'_>],
+) -> Markup {
+    let at = past.scene.time_unix_ns;
+    // Times in links are in milliseconds: an entry is shown from the end of its millisecond on.
+    let link = |entry: &JournalEntry<'_>| {
+        let shown = utc(entry.time_unix_ns().saturating_add(999_999));
+        format!("/replay?from={}&to={}&at={shown}", asked.from, asked.to)
+    };
+    let next = within.iter().find(|entry| entry.time_unix_ns() > at);
+    let before =
+        within.iter().rev().find(|entry| entry.time_unix_ns().saturating_add(1_000_000) < at);
+    let listed = within.len().saturating_sub(LISTED);
+    html! {
+        h1 { "Replay" }
+        (asked.form("/replay"))
+        @if app.observed.memory.since_unix_ns().is_none() { p.nothing { "Nothing is kept: start the page with --state-dir." } }
+        p.headline { "As of " (look::when(at)) }
+        p.steps {
+            @if let Some(before) = before { a rel="prev" href=(link(before)) { "‹ earlier" } }
+            @if let Some(next) = next { a rel="next" href=(link(next)) { "later ›" } }
+        }
+        div.overview.drawn[app.drawing.is_some()] {
+            section.alarms { h2 { "Alarms then" } (alarms::urgent(past)) (alarms::others(past)) }
+            @if let Some(drawing) = &app.drawing {
+                section.structure { h2 { "Structure then" } (drawing.markup(past)) }
+            }
+            section.events {
+                h2 { "Events" }
+                @if within.is_empty() { p.nothing { "None in this time." } }
+                @if listed > 0 { p.note { (listed) " earlier ones are left out: narrow the time." } }
+                ol.log { @for entry in within[listed..].iter().rev() {
+                    @let line = entry.line();
+                    @let is_present = entry.time_unix_ns() <= at && next.is_none_or(|next| entry.time_unix_ns() < next.time_unix_ns());
+                    li aria-current=[(is_present && within.iter().rfind(|one| one.time_unix_ns() <= at) == Some(entry)).then_some("step")] {
+                        a href=(link(entry)) { (look::when(line.time_unix_ns)) } " " (look::event(&line)) " " (line.who)
+                        @if !line.why.is_empty() { ": " (line.why) }
+                    }
+                } }
+            }
+        }
+    }
 }
 
 /// `/incident`

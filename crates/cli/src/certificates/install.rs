@@ -14,10 +14,10 @@ use crate::output;
 ///
 /// Copies the three files of a directory made by `trusswatch pki issue` to /etc/credstore, readable by root only. The
 /// service manager passes them to the holder's service at its start. An older certificate of the same service is
-/// replaced.
+/// replaced. The page, the notifier and the recorder have the certificates of an operator or observer with their name: `operator.web`.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Directories of a module, the plant or a router
+    /// Directories of a module, the plant, a router, or of `web`, `notify` or `recorder`
     #[arg(required = true, value_name = "DIRECTORY")]
     directories: Vec<PathBuf>,
     /// Directory from which the service manager loads credentials

@@ -326,6 +326,7 @@ impl StandIn {
             inquiries: vocabulary::InquiryCounters::default(),
             diagnosis: vocabulary::Counters::default(),
             publisher: vocabulary::PublisherCounters::default(),
+            certificate_until_unix_s: None,
             margins: Vec::new(),
             time_unix_ns: 1_795_000_000_000_000_000,
         }

@@ -170,6 +170,36 @@ impl OpenedStore {
     }
 }
 
+/// When the certificate of the process expires; read again every hour, since it may be renewed meanwhile.
+#[derive(Debug, Clone)]
+pub(crate) struct CertificateWatch(tokio::sync::watch::Receiver<Option<u64>>);
+
+impl CertificateWatch {
+    const READ_EVERY: Duration = Duration::from_secs(3600);
+
+    /// Reads it now and from then on, in a task that ends with the process.
+    fn start(network: session::Network) -> Self {
+        let (sender, receiver) = tokio::sync::watch::channel(network.certificate_until_unix_s());
+        tokio::spawn(async move {
+            loop {
+                tokio::time::sleep(Self::READ_EVERY).await;
+                let network = network.clone();
+                let read = move || network.certificate_until_unix_s();
+                // The disk may take its time.
+                let Ok(until) = tokio::task::spawn_blocking(read).await else { return };
+                if sender.send(until).is_err() {
+                    return;
+                }
+            }
+        });
+        Self(receiver)
+    }
+
+    fn until_unix_s(&self) -> Option<u64> {
+        *self.0.borrow()
+    }
+}
+
 /// Everything that a diagnoser consists of, in the order in which it is started: store, publish, peers, answer, input,
 /// diagnosis.
 async fn serve(
@@ -307,8 +337,18 @@ async fn serve(
         inquiries,
         input.receiver.clone(),
     );
-    let shared =
-        SharedState { store, watch, peers, forces, interlock, duplicates, health, identifications };
+    let certificate = CertificateWatch::start(config.network.clone());
+    let shared = SharedState {
+        store,
+        watch,
+        peers,
+        forces,
+        interlock,
+        duplicates,
+        certificate,
+        health,
+        identifications,
+    };
     DiagnosisLoop::new(diagnoser, &config, executor, input, shared, supervisor)
         .run(queues, shutdown)
         .await;

@@ -56,6 +56,7 @@ pub(crate) fn module_report(phase: ModulePhase) -> ModuleReport {
             ..JournalStatus::default()
         },
         peers: vec![peer("module2", true), peer("module3", false)],
+        certificate_until_unix_s: Some(1),
         margins: vec![
             Margins {
                 change: Some(422.5),

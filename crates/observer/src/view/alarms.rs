@@ -39,9 +39,9 @@ fn rows_of_structure(modules: &[ModuleView]) -> Vec<StateRow> {
     modules.iter().flat_map(of_module).collect()
 }
 
-/// Like [`rows`], without normal ones: a row for each incident. The row of a fault replaces those of its effects, of what
-/// cannot be compared since then and of other candidates; that of a module those of components that are unknown because
-/// of it.
+/// One row per incident: [`rows`] without normal components and without rows that another row covers. A fault's row covers
+/// its effects, components that cannot be compared since then, and other candidates. A module's row covers the components
+/// that are unknown because of it.
 #[must_use]
 pub fn alarms(modules: &[ModuleView]) -> Vec<StateRow> {
     let mut rows = rows(modules);

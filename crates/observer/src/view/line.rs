@@ -1,5 +1,7 @@
 //! An event on one line: time, place, event, reason.
 
+use std::collections::BTreeMap;
+
 use vocabulary::words::{Tone, identified, phase_in_words, phase_tone, printable};
 use vocabulary::{ComponentPath, Identification, ModuleName, PhaseChange, Step, StructureName};
 
@@ -143,6 +145,50 @@ impl EventLine {
     fn of_module(self, structure: &StructureName, module: &ModuleName) -> Self {
         Self { structure: Some(structure.clone()), module: Some(module.clone()), ..self }
     }
+}
+
+/// What comes again within this time is one line with a count \[ns\].
+const CHATTER_NS: u64 = 600_000_000_000;
+
+/// A line that stands for an event and for those like it shortly before.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CountedLine {
+    /// The latest of them.
+    pub line: EventLine,
+    /// How many they are.
+    pub times: u32,
+    /// The time of the first \[ns since 1970\].
+    pub first_unix_ns: u64,
+}
+
+/// The lines of events, which come latest first. What comes and goes, such as a change that is explained over and over,
+/// or a process that restarts, is one line with a count. Faults and orders have each their own.
+#[must_use]
+pub fn counted<'a>(events: impl IntoIterator<Item = &'a ObservedEvent>) -> Vec<CountedLine> {
+    let mut lines: Vec<CountedLine> = Vec::new();
+    let mut latest: BTreeMap<(Option<StructureName>, String, String), usize> = BTreeMap::new();
+    for event in events {
+        let line = EventLine::of(event);
+        let first_unix_ns = line.time_unix_ns;
+        let chatters = match &event.news {
+            News::Fault(transition) => !transition.state().is_fault() && transition.order.is_none(),
+            News::Phase(_) | News::Presence { .. } | News::Connection { .. } => true,
+            _ => false,
+        };
+        if chatters {
+            let key = (line.structure.clone(), line.who.clone(), line.what.clone());
+            if let Some(known) = latest.get(&key).and_then(|place| lines.get_mut(*place))
+                && known.first_unix_ns.saturating_sub(first_unix_ns) <= CHATTER_NS
+            {
+                known.times += 1;
+                known.first_unix_ns = first_unix_ns.min(known.first_unix_ns);
+                continue;
+            }
+            latest.insert(key, lines.len());
+        }
+        lines.push(CountedLine { line, times: 1, first_unix_ns });
+    }
+    lines
 }
 
 /// The name of the sign for a module or a remark.

@@ -34,11 +34,11 @@ pub use component::{
 };
 pub use id::{ComponentId, ModuleId, RowId};
 pub use journal::{Contradiction, HistoryGap, JournalEntry, Journals, ModuleHistory};
-pub use line::{EventLine, sign};
+pub use line::{CountedLine, EventLine, counted, sign};
 pub use module::{JournalHealth, ModuleView};
 pub use news::{News, ObservedEvent};
 pub use order::{OrderOutcome, OrderRequest, QueryError, order_subject};
-pub use report::{PastFault, PeriodReport, Times};
+pub use report::{PastFault, PeriodReport, Times, scene_at};
 pub use row::{Belonging, DetectionFacts, RowGroup, StateRow, Urgency};
 pub use scene::{NetworkState, Scene, in_a_sentence};
 pub use structures::Structures;

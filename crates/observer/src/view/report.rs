@@ -1,12 +1,14 @@
 //! A period as an owner files it: how long each component was watched and healthy, its faults, and how soon people
 //! acknowledged them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use vocabulary::{ComponentPath, FaultState, FaultTransition, ModulePhase, StructureName};
 
 use super::journal::{JournalEntry, Journals, ModuleHistory};
+use super::module::ModuleView;
 use super::news::News;
+use super::scene::{NetworkState, Scene};
 
 /// A fault of a component, from its verdict to its reset.
 #[derive(Debug, Clone, PartialEq)]
@@ -239,6 +241,63 @@ impl PeriodReport {
     }
 }
 
+/// The scene as it was at a time \[ns since 1970\], from what was heard of each module and its components until then. How
+/// components compared with their references is not kept.
+pub fn scene_at<'a>(
+    heard: impl IntoIterator<Item = (&'a ModuleHistory, &'a [ComponentPath])>,
+    time_unix_ns: u64,
+) -> Scene {
+    let modules =
+        heard.into_iter().map(|(history, components)| module_at(history, components, time_unix_ns));
+    let (modules, network) = (modules.collect(), NetworkState::Open);
+    Scene { time_unix_ns, network, modules, ..Scene::default() }
+}
+
+fn module_at(
+    history: &ModuleHistory,
+    components: &[ComponentPath],
+    time_unix_ns: u64,
+) -> ModuleView {
+    let mut view = ModuleView::new(Some(history.structure.clone()), history.module.clone());
+    let untouched = |path: &ComponentPath| {
+        (path.clone(), FaultTransition::untouched(history.structure.clone(), path.clone(), 0))
+    };
+    let mut states: BTreeMap<ComponentPath, FaultTransition> =
+        components.iter().map(untouched).collect();
+    let mut is_connected = true;
+    for entry in Journals::merge([history]).entries {
+        if entry.time_unix_ns() > time_unix_ns {
+            break;
+        }
+        match &entry {
+            JournalEntry::Transition(transition) => {
+                states.insert(transition.component.clone(), (*transition).clone());
+            }
+            JournalEntry::Identification(found) => {
+                if let Some(state) = states.get_mut(&found.component) {
+                    state.identification = Some(Box::new((*found).clone()));
+                }
+            }
+            JournalEntry::Phase(change) => view.phase_change = Some((*change).clone()),
+            JournalEntry::Observed(_, event) => {
+                match event.news {
+                    News::Presence { there, .. } => view.present = there,
+                    News::Connection { connected } => is_connected = connected,
+                    _ => {}
+                }
+                continue;
+            }
+        }
+        view.present = true;
+        view.heard_unix_ns = entry.time_unix_ns();
+    }
+    view.is_cut_off = !is_connected;
+    view.is_silent = !view.present || !is_connected;
+    view.components = states.into_values().collect();
+    view.doubt();
+    view
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -342,5 +401,33 @@ mod tests {
         assert_eq!(report(events(), (70, 100)).faults, []);
         assert_eq!(report(events(), (50, 100)).faults.len(), 1);
         assert_eq!(report(events()[..2].to_vec(), (50, 100)).faults[0].ended_unix_ns, None);
+    }
+
+    #[test]
+    fn a_scene_of_the_past_is_what_was_known_then() {
+        use FaultState::{Latched, Normal, Unknown};
+        let events = vec![
+            (10, phase(10, ModulePhase::InService)),
+            (30, at(30, 1, Verdict::Latched, None)),
+            (60, at(60, 2, Verdict::Normal, None)),
+            (70, presence(false)),
+        ];
+        let numbered = (1..).zip(events).map(|(number, (second, news))| ObservedEvent {
+            number,
+            time_unix_ns: second * SECOND,
+            news,
+        });
+        let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
+        let history = ModuleHistory::heard(&structure, &module, numbered);
+        let components = ["m1/sensor/g1", "m1/sensor/g2"].map(path);
+        let states = |second: u64| -> Vec<FaultState> {
+            let scene = scene_at([(&history, &components[..])], second * SECOND);
+            scene.components().map(FaultTransition::state).collect()
+        };
+        assert_eq!(states(5), [Unknown, Unknown], "nothing was heard yet");
+        assert_eq!(states(20), [Normal, Normal]);
+        assert_eq!(states(31), [Latched, Normal]);
+        assert_eq!(states(61), [Normal, Normal]);
+        assert_eq!(states(71), [Unknown, Unknown], "its diagnoser was gone");
     }
 }

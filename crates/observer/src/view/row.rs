@@ -72,7 +72,7 @@ pub struct StateRow {
     /// The components that belong to the same incident. Their own rows are covered.
     pub groups: Vec<RowGroup>,
     /// The number of its incident, the same in every view and message: `STRUCTURE/COMPONENT@RUN-STEP`, with the step at
-    /// which the change was detected. `None` of what is no fault and no possible fault.
+    /// which the change was detected. `None` without a fault or a possible fault.
     pub incident: Option<String>,
     /// For a component, the measurements.
     #[serde(skip)]

@@ -548,3 +548,34 @@ fn a_fault_that_is_gone_is_ready_to_reset() {
     assert_eq!(words(17, FaultState::Latched), "latched", "it agreed before the fault");
     assert!(!words(18, FaultState::Normal).contains("reset"));
 }
+
+#[test]
+fn what_comes_and_goes_is_one_line_with_a_count_and_faults_have_each_their_own() {
+    let event = |number: u64, at: u64, verdict| {
+        let transition = FaultTransition {
+            sequence: number,
+            time_unix_ns: at * SECOND,
+            ..state("m1/sensor/g1", verdict)
+        };
+        ObservedEvent { number, time_unix_ns: at * SECOND, news: News::Fault(Box::new(transition)) }
+    };
+    let mut events = Vec::new();
+    for k in 0..50 {
+        events.push(event(2 * k, 1000 + 10 * k, FaultState::Tentative));
+        events.push(event(2 * k + 1, 1005 + 10 * k, FaultState::Normal));
+    }
+    events.push(event(200, 1500, FaultState::Latched));
+    events.push(event(201, 1510, FaultState::Latched));
+    // Long before.
+    events.insert(0, event(0, 10, FaultState::Normal));
+    let lines = counted(events.iter().rev());
+    let shown: Vec<(&str, u32)> =
+        lines.iter().map(|one| (one.line.what.as_str(), one.times)).collect();
+    let expected =
+        [("latched", 1), ("latched", 1), ("normal", 50), ("tentative", 50), ("normal", 1)];
+    assert_eq!(shown, expected);
+    assert_eq!(
+        (lines[2].first_unix_ns, lines[2].line.time_unix_ns),
+        (1005 * SECOND, 1495 * SECOND)
+    );
+}

@@ -17,6 +17,22 @@
     else if (before) field.value = before;
     field.addEventListener("input", () => sessionStorage.setItem(typed(field), field.value));
   }
+  // A replay goes on by itself, a second per event, until the last one.
+  const next = document.querySelector("a[rel=next]"), steps = document.querySelector(".steps");
+  if (steps) {
+    const play = document.createElement("button");
+    const isPlaying = () => sessionStorage.getItem("replay") === "on";
+    const label = () => { play.textContent = isPlaying() && next ? "pause" : "play"; };
+    play.addEventListener("click", () => {
+      sessionStorage.setItem("replay", isPlaying() ? "off" : "on");
+      label();
+      if (isPlaying() && next) location.replace(next.href);
+    });
+    if (!next) sessionStorage.setItem("replay", "off");
+    steps.append(play);
+    label();
+    setTimeout(() => { if (isPlaying() && next) location.replace(next.href); }, 1000);
+  }
   const wanted = document.body.dataset.live;
   const live = document.getElementById("live");
   // Where the site begins: a proxy may have it under a path.

@@ -9,7 +9,7 @@ use crate::look;
 use crate::view::LinkedScene;
 
 /// Alarms that require an operator to act.
-pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
+pub(crate) fn urgent(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| row.urgency.needs_attention());
     let nothing = if view.scene.modules.is_empty() {
@@ -23,7 +23,7 @@ pub(super) fn urgent(view: &LinkedScene<'_>) -> Markup {
 }
 
 /// Shelved, suppressed, explained and recent changes, which are never hidden.
-pub(super) fn others(view: &LinkedScene<'_>) -> Markup {
+pub(crate) fn others(view: &LinkedScene<'_>) -> Markup {
     let mut rows = alarms(&view.scene.modules);
     rows.retain(|row| !row.urgency.needs_attention());
     html! {

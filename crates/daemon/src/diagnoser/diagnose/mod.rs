@@ -36,6 +36,7 @@ use vocabulary::{
 pub(crate) use actions::ActionExecutor;
 pub(crate) use status::conditions;
 
+use super::CertificateWatch;
 use super::answer::{InquiryQueues, OrderInquiry, Snapshot, StateInquiry};
 use super::duplicates::DuplicateWatch;
 use super::health::LatestReport;
@@ -87,6 +88,8 @@ pub(crate) struct SharedState {
     /// Whether a cylinder may be shut off.
     pub(crate) interlock: SharedInterlock,
     pub(crate) duplicates: DuplicateWatch,
+    /// The certificate of the process.
+    pub(crate) certificate: CertificateWatch,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<LatestReport>,
     pub(crate) identifications: Arc<SharedCounters<IdentificationReport>>,
@@ -639,6 +642,7 @@ impl DiagnosisLoop {
             intake: self.input.receiver.counters(),
             inquiries: self.executor.inquiries.read(),
             publisher: self.executor.outbox.counters(),
+            certificate_until_unix_s: self.shared.certificate.until_unix_s(),
             largest_change: std::mem::replace(
                 &mut self.largest_change,
                 vec![0.0; self.diagnoser.components().len()],

@@ -27,6 +27,8 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) intake: IntakeCounters,
     pub(crate) inquiries: InquiryCounters,
     pub(crate) publisher: PublisherCounters,
+    /// When the certificate of the process expires \[s since 1970\].
+    pub(crate) certificate_until_unix_s: Option<u64>,
     /// Of each channel the largest excess of its divergence since the status before.
     pub(crate) largest_change: Vec<f64>,
 }
@@ -69,6 +71,7 @@ pub(crate) fn compile(
         inquiries: around.inquiries,
         diagnosis: *diagnoser.counters(),
         publisher: around.publisher,
+        certificate_until_unix_s: around.certificate_until_unix_s,
         margins: margins(diagnoser, &around.largest_change),
         time_unix_ns: clock::unix_ns(),
     }
