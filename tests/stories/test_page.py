@@ -117,6 +117,7 @@ def test_an_operator_handles_faults_on_the_page(site):
     phone = grace_acknowledges_on_her_phone(site)
     a_script_in_a_note_is_text(adas)
     what_was_typed_survives_a_session(site, adas)
+    what_is_repaired_is_ready_to_reset(site, adas)
     without_script_and_by_keyboard(site)
     a_killed_diagnoser_is_among_the_alarms(site, page)
     what_happened_can_be_printed(site)
@@ -289,6 +290,19 @@ def what_was_typed_survives_a_session(site, page):
     page.get_by_role("button", name=re.compile("sign in", re.I)).click()
     page.goto(path)
     expect(form.get_by_label(re.compile("reason", re.I))).to_have_value("the pump is being changed")
+
+
+def what_is_repaired_is_ready_to_reset(site, page):
+    """Standing, returned, reset: each is told from the others in the list."""
+    page.goto("/")
+    expect(attention(page, OTHER)).not_to_contain_text("ready to reset")
+    trusswatch("inject", OTHER, "--repair", *site.network)
+    expect(attention(page, OTHER)).to_contain_text("ready to reset", timeout=60_000)
+    page.goto(f"/component/{OTHER}")
+    page.locator("form[action='/order/reset']").get_by_role("button").click()
+    expect(page.locator(".message:not(.refused)")).to_contain_text("reset")
+    page.goto("/")
+    expect(attention(page, OTHER)).to_have_count(0)
 
 
 def what_happened_can_be_printed(site):

@@ -25,7 +25,7 @@ const MOST_CORRELATED: f64 = 0.9;
 
 /// A span of time over which margins are kept, in intervals of equal length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Span {
+pub enum TrendSpan {
     /// An hour.
     Hour,
     /// A day.
@@ -36,18 +36,19 @@ pub enum Span {
     Year,
 }
 
-impl Span {
+impl TrendSpan {
     /// All of them.
-    pub const ALL: [Span; 4] = [Span::Hour, Span::Day, Span::Month, Span::Year];
+    pub const ALL: [TrendSpan; 4] =
+        [TrendSpan::Hour, TrendSpan::Day, TrendSpan::Month, TrendSpan::Year];
 
     /// The length of an interval \[s\].
     #[must_use]
     pub fn interval_s(self) -> u64 {
         match self {
-            Span::Hour => 20,
-            Span::Day => 10 * MINUTE_S,
-            Span::Month => 4 * HOUR_S,
-            Span::Year => DAY_S,
+            TrendSpan::Hour => 20,
+            TrendSpan::Day => 10 * MINUTE_S,
+            TrendSpan::Month => 4 * HOUR_S,
+            TrendSpan::Year => DAY_S,
         }
     }
 
@@ -55,10 +56,10 @@ impl Span {
     #[must_use]
     pub fn intervals(self) -> u64 {
         match self {
-            Span::Hour => HOUR_S / Span::Hour.interval_s(),
-            Span::Day => DAY_S / Span::Day.interval_s(),
-            Span::Month => 31 * DAY_S / Span::Month.interval_s(),
-            Span::Year => 366,
+            TrendSpan::Hour => HOUR_S / TrendSpan::Hour.interval_s(),
+            TrendSpan::Day => DAY_S / TrendSpan::Day.interval_s(),
+            TrendSpan::Month => 31 * DAY_S / TrendSpan::Month.interval_s(),
+            TrendSpan::Year => 366,
         }
     }
 
@@ -94,7 +95,7 @@ impl From<Summary> for (u32, f32, f32) {
 }
 
 impl Summary {
-    /// Adds a value; one that is no number counts as none.
+    /// Adds a value; ignores NaN and infinities.
     #[expect(clippy::cast_possible_truncation, reason = "seven digits are enough to draw")]
     pub fn add(&mut self, value: f64) {
         if !value.is_finite() {
@@ -180,7 +181,7 @@ pub fn forecast(days: &[(u64, f64)]) -> Option<Forecast> {
         return None;
     }
     let exponent = (n - 4.0) / 2.0;
-    let weighted: Vec<(f64, &Line)> =
+    let weighted: Vec<(f64, &GrowthLine)> =
         lines.iter().map(|line| ((best.error / line.error).powf(exponent), line)).collect();
     let total: f64 = weighted.iter().map(|(weight, _)| weight).sum();
     let sign = best.slope.signum();
@@ -211,7 +212,7 @@ pub fn forecast(days: &[(u64, f64)]) -> Option<Forecast> {
 
 /// A line that begins to rise, or fall, on a day.
 #[derive(Debug, Clone, Copy)]
-struct Line {
+struct GrowthLine {
     begin: f64,
     level: f64,
     slope: f64,
@@ -222,7 +223,7 @@ struct Line {
     inverse: [f64; 3],
 }
 
-impl Line {
+impl GrowthLine {
     /// Its value at a time \[days\], and that value's standard deviation.
     fn at(&self, time: f64) -> (f64, f64) {
         let rise = (time - self.begin).max(0.0);
@@ -253,14 +254,14 @@ fn whitened<const N: usize>(
 }
 
 /// A line for each day on which the growth may have begun.
-fn fit_all(days: &[(u64, f64)], correlation: f64) -> Vec<Line> {
+fn fit_all(days: &[(u64, f64)], correlation: f64) -> Vec<GrowthLine> {
     let Some(((first, _), (last, _))) = days.first().zip(days.last()) else { return Vec::new() };
     let begins = 2 * (last + 1 - first).saturating_sub(LEAST_GROWING);
     let begin = |k| *first as f64 + 0.5 * k as f64;
     (0..=begins).filter_map(|k| fit(days, begin(k), correlation)).collect()
 }
 
-fn fit(days: &[(u64, f64)], begin: f64, correlation: f64) -> Option<Line> {
+fn fit(days: &[(u64, f64)], begin: f64, correlation: f64) -> Option<GrowthLine> {
     let rows = whitened(days, correlation, |k| {
         let (day, value) = days[k];
         [1.0, (day as f64 + 0.5 - begin).max(0.0), value]
@@ -278,15 +279,15 @@ fn fit(days: &[(u64, f64)], begin: f64, correlation: f64) -> Option<Line> {
         rows.iter().map(|row| (row[2] - level * row[0] - slope * row[1]).powi(2)).sum();
     let error = error.max(f64::MIN_POSITIVE);
     let variance = error / (days.len() as f64 - 4.0);
-    Some(Line { begin, level, slope, error, variance, inverse })
+    Some(GrowthLine { begin, level, slope, error, variance, inverse })
 }
 
-fn likeliest(lines: &[Line]) -> Option<&Line> {
+fn likeliest(lines: &[GrowthLine]) -> Option<&GrowthLine> {
     lines.iter().min_by(|a, b| a.error.total_cmp(&b.error))
 }
 
-/// The correlation of what a line leaves of successive days.
-fn correlation(days: &[(u64, f64)], line: &Line) -> f64 {
+/// The correlation between a line's residuals of successive days.
+fn correlation(days: &[(u64, f64)], line: &GrowthLine) -> f64 {
     let rest: Vec<f64> =
         days.iter().map(|(day, value)| value - line.at(*day as f64 + 0.5).0).collect();
     let pairs = (1..days.len()).filter(|k| days[*k].0 == days[k - 1].0 + 1);
@@ -343,9 +344,9 @@ mod tests {
             let mean = level + sign * slope * (day - begin).max(0.0);
             let swing = daily_swing * (std::f64::consts::TAU * day).sin();
             let value = mean + disturbance + swing + white * normal(&mut rng);
-            intervals.entry(Span::Month.interval(second)).or_default().add(value);
+            intervals.entry(TrendSpan::Month.interval(second)).or_default().add(value);
         }
-        let of_month = Span::Month.interval_s();
+        let of_month = TrendSpan::Month.interval_s();
         let summaries = intervals.into_iter().map(|(k, summary)| (k * of_month, summary));
         let reached = begin + (1.0 - sign * level) / slope;
         (daily(summaries), reached - DAYS as f64)

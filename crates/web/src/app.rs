@@ -51,7 +51,7 @@ pub(crate) struct App {
 impl App {
     /// What is wrong with the page itself: notifications that do not get through, records that cannot be kept.
     pub(crate) fn troubles(&self) -> Markup {
-        let unkept = self.observed.memory.problem();
+        let unkept = self.observed.records.problem();
         html! {
             (self.notifier.banner())
             @if let Some(problem) = unkept {

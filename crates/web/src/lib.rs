@@ -16,7 +16,7 @@
 //! | `live_page`, `part` | a page that is kept up to date, and its parts |
 //! | `stream` | sends changed parts of pages |
 //! | `observed` | the scene and answers of modules, shared by all pages |
-//! | `memory` | events and margins that are kept on disk |
+//! | `records` | the page's own records: events and margins |
 //! | `hub` | background work shared by viewers |
 //! | `metrics` | `/metrics` and `/healthz` |
 
@@ -33,7 +33,6 @@ mod layout;
 mod listener;
 mod live_page;
 mod look;
-mod memory;
 mod metrics;
 mod module;
 mod notifier;
@@ -41,6 +40,7 @@ mod observed;
 mod orders;
 mod overview;
 mod part;
+mod records;
 mod report;
 mod server;
 mod stream;

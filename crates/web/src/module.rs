@@ -14,9 +14,9 @@ use crate::forms;
 use crate::layout::{Page, not_reported, unknown};
 use crate::live_page::{LivePage, PageParameters};
 use crate::look;
-use crate::memory::ModuleTrends;
 use crate::overview::{alarms, modules};
 use crate::part::{PagePart, part};
+use crate::records::ModuleTrends;
 use crate::view::LinkedScene;
 
 /// The columns of the table of peers, and whether they are numeric.

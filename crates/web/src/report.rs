@@ -74,9 +74,9 @@ impl ReportParameters {
 /// Everything that is kept, by module, each with the components that are known of it.
 async fn kept(app: &App, within: RangeInclusive<u64>) -> Vec<(ModuleHistory, Vec<ComponentPath>)> {
     let scene = app.observed.scene();
-    let memory = Arc::clone(&app.observed.memory);
+    let records = Arc::clone(&app.observed.records);
     let read = move || {
-        let modules = memory.modules().into_iter();
+        let modules = records.modules().into_iter();
         let wanted = modules.filter(|(_, module)| module.as_str() != vocabulary::keys::PLANT);
         let read = |(structure, module): (StructureName, _)| {
             let of = |view: &&observer::ModuleView| {
@@ -84,7 +84,7 @@ async fn kept(app: &App, within: RangeInclusive<u64>) -> Vec<(ModuleHistory, Vec
             };
             let known = scene.modules.iter().filter(of).flat_map(|view| &view.components);
             let names = known.map(|state| state.component.clone()).collect();
-            (memory.history(&structure, &module, within.clone(), MOST), names)
+            (records.history(&structure, &module, within.clone(), MOST), names)
         };
         wanted.map(read).collect()
     };
@@ -115,7 +115,7 @@ pub(crate) async fn page(
         }
     };
     let kept = kept(&app, 0..=period.1).await;
-    let since = app.observed.memory.since_unix_ns();
+    let since = app.observed.records.since_unix_ns();
     // Of the time before, nothing is known.
     let is_shortened = since.is_some_and(|since| since > period.0);
     period.0 = period.0.max(since.unwrap_or(0)).min(period.1);
@@ -293,7 +293,7 @@ fn replayed(
     html! {
         h1 { "Replay" }
         (asked.form("/replay"))
-        @if app.observed.memory.since_unix_ns().is_none() { p.nothing { "Nothing is kept: start the page with --state-dir." } }
+        @if app.observed.records.since_unix_ns().is_none() { p.nothing { "Nothing is kept: start the page with --state-dir." } }
         p.headline { "As of " (look::when(at)) }
         p.steps {
             @if let Some(before) = before { a rel="prev" href=(link(before)) { "‹ earlier" } }

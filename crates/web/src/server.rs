@@ -20,11 +20,11 @@ use crate::access::{Access, AccessSettings};
 use crate::app::{App, Shared, router};
 use crate::drawing::LinkedDrawing;
 use crate::listener::{Listener, PageAccess};
-use crate::memory::Memory;
 use crate::metrics::Metrics;
 use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
+use crate::records::PageRecords;
 
 /// Interval of status updates, each of which is a watchdog heartbeat.
 const EVERY: Duration = Duration::from_millis(250);
@@ -46,7 +46,7 @@ pub struct WebConfig {
     pub access: PageAccess,
     /// The structure to draw.
     pub drawing: Option<Structure>,
-    /// The directory for persistent state: one-time links, and what the page keeps of what it has heard.
+    /// The directory for persistent state: one-time links, and the page's records.
     pub state_dir: Option<PathBuf>,
     /// Timeout for answers of modules.
     pub timeout: Duration,
@@ -65,7 +65,7 @@ pub async fn run(config: WebConfig, shutdown: Shutdown) -> Result<(), Failure> {
     let listener = Listener::bind(config.listen, &config.access).await.map_err(unserved)?;
     let app = app(config, &supervisor, shutdown.clone())?;
     let outcome = serve_until_done(&app, &supervisor, listener, shutdown).await;
-    app.observed.memory.close();
+    app.observed.records.close();
     if let Some(session) = app.observed.session() {
         session::close(&session).await;
     }
@@ -103,10 +103,10 @@ pub(crate) fn app(
         async move { session::open_within(&network, timeout).await }
     };
     let live = Live::start(open, structure.clone(), expected);
-    let memory = Memory::start(state.as_deref(), &live)
+    let records = PageRecords::start(state.as_deref(), &live)
         .map_err(|problem| Failure::running("what the page has kept cannot be opened", problem))?;
     Ok(Arc::new(App {
-        observed: Arc::new(Observed::new(live, memory, timeout)),
+        observed: Arc::new(Observed::new(live, records, timeout)),
         access: Arc::new(Access::new(access)),
         structure,
         operator,

@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// Modules that should be present; a missing one is shown as not answering
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
-    /// Directory of one-time links, and of what the page keeps: events, and margins with their trends
+    /// Directory of one-time links and of the page's records: events, margins
     #[arg(long, value_name = "DIRECTORY", env = "STATE_DIRECTORY")]
     state_dir: Option<PathBuf>,
     /// Health address of `trusswatch notify`: the overview says when notifications are not delivered

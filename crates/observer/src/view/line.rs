@@ -147,7 +147,7 @@ impl EventLine {
     }
 }
 
-/// What comes again within this time is one line with a count \[ns\].
+/// Events that repeat within this time share one line \[ns\].
 const CHATTER_NS: u64 = 600_000_000_000;
 
 /// A line that stands for an event and for those like it shortly before.

@@ -21,7 +21,7 @@ pub struct PastFault {
     pub latched: FaultTransition,
     /// What it was identified as, if it was: the latest word.
     pub kind: String,
-    /// When it was acknowledged, and by whom.
+    /// The time of its acknowledgement, and the operator.
     pub acknowledged: Option<(u64, String)>,
     /// When it ended \[ns since 1970\]; `None` if it has not.
     pub ended_unix_ns: Option<u64>,

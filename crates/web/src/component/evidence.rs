@@ -6,8 +6,8 @@ use futures_util::future::join_all;
 use observer::{ModuleHistory, ModuleView, Scene};
 use vocabulary::{FaultTransition, ModuleName};
 
-use crate::memory::ModuleTrends;
 use crate::observed::{Frame, Observed};
+use crate::records::ModuleTrends;
 
 /// The answers of the modules.
 #[derive(Debug, Clone, Default)]

@@ -4,11 +4,11 @@ use figure::plot::{
     Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
 };
 use maud::{Markup, PreEscaped, html};
-use observer::trend::{Forecast, ModuleSummary, Span, Summary, daily, forecast};
+use observer::trend::{Forecast, ModuleSummary, Summary, TrendSpan, daily, forecast};
 use vocabulary::words::utc;
 use vocabulary::{Component, FaultTransition, Margins};
 
-use crate::memory::ModuleTrends;
+use crate::records::ModuleTrends;
 
 /// Height of a panel \[px\].
 const HEIGHT: f64 = 110.0;
@@ -70,7 +70,7 @@ pub(crate) fn forecasts(
     kept: &ModuleTrends,
     component: &Component,
 ) -> Vec<(&'static str, Forecast)> {
-    let month = kept.span(Span::Month);
+    let month = kept.span(TrendSpan::Month);
     let name = component.to_string();
     // A change has no trend: it is sudden.
     let of = |test: usize| {
@@ -85,10 +85,10 @@ fn drawing(transition: &FaultTransition, kept: &ModuleTrends) -> Figure {
     let used =
         |test: usize| kept.spans.iter().flatten().any(|(_, summary)| has(summary, &name, test));
     let tests: Vec<usize> = (0..TESTS.len()).filter(|test| used(*test)).collect();
-    let panel = |span: Span| {
+    let panel = |span: TrendSpan| {
         let series = tests.iter().map(|test| series(kept, span, &name, *test)).collect();
         let limit = [
-            PanelMark::new(MarkKind::Level, 1.0, if span == Span::Day { "limit" } else { "" }),
+            PanelMark::new(MarkKind::Level, 1.0, if span == TrendSpan::Day { "limit" } else { "" }),
             PanelMark::new(MarkKind::Level, -1.0, ""),
         ];
         let (title, unit, length) = words_of(span);
@@ -101,7 +101,7 @@ fn drawing(transition: &FaultTransition, kept: &ModuleTrends) -> Figure {
         title: "Margins".to_owned(),
         description: format!("Shares of the limits of {}, up to {until}.", transition.component),
         subtitle: format!("lines: means; bands: extremes; up to {until}"),
-        rows: [[Span::Hour, Span::Day], [Span::Month, Span::Year]]
+        rows: [[TrendSpan::Hour, TrendSpan::Day], [TrendSpan::Month, TrendSpan::Year]]
             .map(|spans| PanelRow::new(HEIGHT, spans.map(panel).into()))
             .into(),
     }
@@ -112,17 +112,17 @@ fn has(summary: &ModuleSummary, name: &str, test: usize) -> bool {
 }
 
 /// Title, unit and length.
-fn words_of(span: Span) -> (&'static str, &'static str, f64) {
+fn words_of(span: TrendSpan) -> (&'static str, &'static str, f64) {
     match span {
-        Span::Hour => ("hour", "min", 60.0),
-        Span::Day => ("day", "h", 24.0),
-        Span::Month => ("month", "days", 31.0),
-        Span::Year => ("year", "days", 366.0),
+        TrendSpan::Hour => ("hour", "min", 60.0),
+        TrendSpan::Day => ("day", "h", 24.0),
+        TrendSpan::Month => ("month", "days", 31.0),
+        TrendSpan::Year => ("year", "days", 366.0),
     }
 }
 
 #[expect(clippy::cast_precision_loss, reason = "seconds of a year")]
-fn series(kept: &ModuleTrends, span: Span, name: &str, test: usize) -> Series {
+fn series(kept: &ModuleTrends, span: TrendSpan, name: &str, test: usize) -> Series {
     let (_, _, length) = words_of(span);
     let unit_s = (span.intervals() * span.interval_s()) as f64 / length;
     let (mut points, mut spread) = (Vec::new(), Vec::new());
@@ -145,7 +145,7 @@ fn series(kept: &ModuleTrends, span: Span, name: &str, test: usize) -> Series {
         spread.push([mean.min(extreme), mean.max(extreme)]);
     }
     // One legend is enough.
-    let name = if span == Span::Day { TESTS[test] } else { "" };
+    let name = if span == TrendSpan::Day { TESTS[test] } else { "" };
     Series::new(name, Shape::Line, SeriesStyle::nth(test).solid(), points).spread(spread)
 }
 
@@ -160,7 +160,7 @@ mod tests {
 
     /// A module whose gage comes nearer to its limit by 0.02 a day, since three weeks ago, and varies by day.
     fn kept() -> ModuleTrends {
-        let spans = Span::ALL.map(|span| {
+        let spans = TrendSpan::ALL.map(|span| {
             let last = span.interval(UNTIL_S - 1);
             let of = |interval: u64| {
                 let time = interval * span.interval_s();

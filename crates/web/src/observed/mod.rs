@@ -18,7 +18,7 @@ use vocabulary::{FaultTransition, ModuleName, StructureName};
 use zenoh::Session;
 
 use crate::hub::{Hub, LINGER};
-use crate::memory::{Memory, ModuleTrends};
+use crate::records::{ModuleTrends, PageRecords};
 use answers::Answers;
 
 pub(crate) use traces::Traces;
@@ -30,7 +30,7 @@ const KEEP_FRAME: Duration = Duration::from_secs(3);
 const KEEP_TRENDS: Duration = Duration::from_secs(20);
 /// Most transitions shown of a module; `trusswatch history` shows all.
 const LATEST: u64 = 2000;
-/// Most events shown of what is kept of a module.
+/// Most recorded events shown of a module.
 const KEPT: usize = 2000;
 
 /// A drawing of a freeze frame, or the reason why it is missing.
@@ -42,8 +42,8 @@ pub(crate) struct Observed {
     pub(crate) live: Live,
     /// Timeout for answers of modules.
     pub(crate) timeout: Duration,
-    /// What is kept of what was heard.
-    pub(crate) memory: Arc<Memory>,
+    /// The page's own records.
+    pub(crate) records: Arc<PageRecords>,
     /// The divergences of each module whose pages are viewed.
     traces: Hub<(StructureName, ModuleName), Arc<Traces>>,
     journals: Answers<(StructureName, ModuleName), Arc<ModuleHistory>>,
@@ -52,11 +52,11 @@ pub(crate) struct Observed {
 }
 
 impl Observed {
-    pub(crate) fn new(live: Live, memory: Memory, timeout: Duration) -> Self {
+    pub(crate) fn new(live: Live, records: PageRecords, timeout: Duration) -> Self {
         let (journals, frames) = (Answers::new(KEEP_JOURNAL), Answers::new(KEEP_FRAME));
         let trends = Answers::new(KEEP_TRENDS);
-        let (memory, traces) = (Arc::new(memory), Hub::new(LINGER));
-        Self { live, timeout, memory, traces, journals, frames, trends }
+        let (records, traces) = (Arc::new(records), Hub::new(LINGER));
+        Self { live, timeout, records, traces, journals, frames, trends }
     }
 
     /// The present scene.
@@ -76,9 +76,9 @@ impl Observed {
         let next = module.status.as_ref().map_or(1, |status| status.next_sequence);
         let since = next.saturating_sub(LATEST).max(1);
         let heard = || async {
-            let (memory, of) =
-                (Arc::clone(&self.memory), (structure.clone(), module.module.clone()));
-            let heard = move || memory.history(&of.0, &of.1, 0..=u64::MAX, KEPT);
+            let (records, of) =
+                (Arc::clone(&self.records), (structure.clone(), module.module.clone()));
+            let heard = move || records.history(&of.0, &of.1, 0..=u64::MAX, KEPT);
             let none = ModuleHistory::new(structure, &module.module, since);
             tokio::task::spawn_blocking(heard).await.unwrap_or(none)
         };
@@ -111,12 +111,12 @@ impl Observed {
         structure: &StructureName,
         module: &ModuleName,
     ) -> Option<Arc<ModuleTrends>> {
-        if !self.memory.is_there() {
+        if !self.records.is_there() {
             return None;
         }
         let key = (structure.clone(), module.clone());
-        let (memory, of) = (Arc::clone(&self.memory), key.clone());
-        let read = move || ModuleTrends::read(&memory, (&of.0, &of.1));
+        let (records, of) = (Arc::clone(&self.records), key.clone());
+        let read = move || ModuleTrends::read(&records, (&of.0, &of.1));
         let fetch =
             || async { Arc::new(tokio::task::spawn_blocking(read).await.unwrap_or_default()) };
         Some(self.trends.get(key, fetch).await)

@@ -70,8 +70,8 @@ fn line(view: &LinkedScene<'_>, row: &StateRow) -> Markup {
     }
 }
 
-/// The form that the buttons and check boxes of the list belong to. It stands outside of what is updated live; without it,
-/// for those who may not order, they are hidden.
+/// The id of the form that submits the list's buttons and check boxes. It is not part of the live content. Users who may
+/// not send orders have no such form, and the style sheet hides the buttons.
 pub(super) const SEVERAL: &str = "several";
 
 /// The name under which the form acknowledges a row's fault, if it waits for that.

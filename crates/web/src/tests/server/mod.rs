@@ -28,11 +28,11 @@ use zenoh::Session;
 use crate::access::{Access, AccessSettings, Viewer};
 use crate::app::{App, Shared};
 use crate::listener::{Listener, PageAccess};
-use crate::memory::Memory;
 use crate::metrics::Metrics;
 use crate::notifier::Notifier;
 use crate::observed::Observed;
 use crate::part::Streams;
+use crate::records::PageRecords;
 use crate::{access, orders};
 
 pub(crate) use browser::{Answer, Browser, Request};
@@ -67,7 +67,7 @@ impl PageServer {
         let app = App {
             observed: Arc::new(Observed::new(
                 live(network),
-                Memory::default(),
+                PageRecords::default(),
                 Duration::from_secs(10),
             )),
             access: Arc::new(Access::new(access)),

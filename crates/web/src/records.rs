@@ -1,8 +1,8 @@
-//! What the page keeps of what it has heard, in the file `page.redb` of its state directory: events, so that the history
-//! of a module that is gone can still be read, and margins, so that their trends can.
+//! The page's own records, in the file `page.redb` of its state directory: events, for the history of modules that are
+//! gone, and margins, for their trends.
 //!
-//! An embedded database rather than files of our own: a transaction is complete or absent after `kill -9`. Margins take
-//! a fixed space per module, since each [`Span`] has so many intervals; of events the latest [`MOST_EVENTS`] are kept.
+//! The file is an embedded database, because its transactions are complete or absent after `kill -9`. Margins take a
+//! fixed space per module, since each [`TrendSpan`] has so many intervals; of events the latest [`MOST_EVENTS`] are kept.
 //! Events are written at once, margins of intervals that have ended once a minute, of others every ten minutes.
 
 use std::collections::BTreeMap;
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use observer::trend::{ModuleSummary, Span, add_margins};
+use observer::trend::{ModuleSummary, TrendSpan, add_margins};
 use observer::{ModuleHistory, News, ObservedEvent, Scene};
 use parking_lot::Mutex;
 use redb::{Database, ReadableDatabase, ReadableTable, ReadableTableMetadata, TableDefinition};
@@ -45,13 +45,13 @@ type StoreError = redb::Error;
 pub(crate) struct ModuleTrends {
     /// Up to this time \[s since 1970\].
     pub(crate) until_unix_s: u64,
-    /// In the order of [`Span::ALL`].
-    pub(crate) spans: [Vec<(u64, ModuleSummary)>; Span::ALL.len()],
+    /// In the order of [`TrendSpan::ALL`].
+    pub(crate) spans: [Vec<(u64, ModuleSummary)>; TrendSpan::ALL.len()],
 }
 
 impl ModuleTrends {
     /// The summaries of a span.
-    pub(crate) fn span(&self, span: Span) -> &[(u64, ModuleSummary)] {
+    pub(crate) fn span(&self, span: TrendSpan) -> &[(u64, ModuleSummary)] {
         &self.spans[span as usize]
     }
 
@@ -62,39 +62,39 @@ impl ModuleTrends {
     }
 
     /// Reads what is kept.
-    pub(crate) fn read(memory: &Memory, of: (&StructureName, &ModuleName)) -> Self {
+    pub(crate) fn read(records: &PageRecords, of: (&StructureName, &ModuleName)) -> Self {
         let until_unix_s = clock::unix_ns() / 1_000_000_000;
-        let spans = Span::ALL.map(|span| memory.margins(of, span, until_unix_s));
+        let spans = TrendSpan::ALL.map(|span| records.margins(of, span, until_unix_s));
         Self { until_unix_s, spans }
     }
 }
 
-/// What is kept, and the task that adds to it.
+/// The records, and the task that adds to them.
 #[derive(Debug, Default)]
-pub(crate) struct Memory {
-    kept: Option<Arc<Kept>>,
+pub(crate) struct PageRecords {
+    kept: Option<Arc<RecordDatabase>>,
     _task: JoinSet<()>,
 }
 
 #[derive(Debug)]
-struct Kept {
+struct RecordDatabase {
     database: Database,
     /// Intervals that are not yet written, or not to their end.
-    recent: Mutex<BTreeMap<(String, Span, u64), ModuleSummary>>,
+    recent: Mutex<BTreeMap<(String, TrendSpan, u64), ModuleSummary>>,
     /// Why something could not be written or read, if so.
     problem: Mutex<Option<String>>,
 }
 
-impl Memory {
+impl PageRecords {
     /// Keeps what is heard in a directory; without one, nothing.
     ///
     /// # Errors
     /// The file cannot be opened: it is damaged, or another process has it.
     pub(crate) fn start(directory: Option<&Path>, live: &Live) -> Result<Self, String> {
-        let mut memory = Self::open(directory)?;
-        let Some(kept) = memory.kept.clone() else { return Ok(memory) };
+        let mut records = Self::open(directory)?;
+        let Some(kept) = records.kept.clone() else { return Ok(records) };
         let scenes = live.scenes();
-        memory._task.spawn(async move {
+        records._task.spawn(async move {
             let mut recorder = Recorder::new(kept);
             loop {
                 let scene = Arc::clone(&scenes.borrow());
@@ -106,7 +106,7 @@ impl Memory {
                 sleep(LOOK_EVERY).await;
             }
         });
-        Ok(memory)
+        Ok(records)
     }
 
     fn open(directory: Option<&Path>) -> Result<Self, String> {
@@ -114,7 +114,7 @@ impl Memory {
         let path = directory.join(FILE);
         let unopened = |error: StoreError| format!("{}: {error}", path.display());
         let database = Database::create(&path).map_err(|error| unopened(error.into()))?;
-        let kept = Kept { database, recent: Mutex::default(), problem: Mutex::default() };
+        let kept = RecordDatabase { database, recent: Mutex::default(), problem: Mutex::default() };
         kept.make_tables().map_err(unopened)?;
         kept.note_restart(clock::unix_ns()).map_err(unopened)?;
         Ok(Self { kept: Some(Arc::new(kept)), _task: JoinSet::new() })
@@ -141,7 +141,7 @@ impl Memory {
     pub(crate) fn margins(
         &self,
         (structure, module): (&StructureName, &ModuleName),
-        span: Span,
+        span: TrendSpan,
         now_unix_s: u64,
     ) -> Vec<(u64, ModuleSummary)> {
         let Some(kept) = &self.kept else { return Vec::new() };
@@ -162,7 +162,7 @@ impl Memory {
         most: usize,
     ) -> ModuleHistory {
         let name = format!("{structure}/{module}");
-        let read = |kept: &Kept| {
+        let read = |kept: &RecordDatabase| {
             let mut events = kept.read_events(&name, within.clone(), most)?;
             events.extend(kept.read_events("", within, most)?);
             events.sort_by_key(|event| (event.time_unix_ns, event.number));
@@ -174,7 +174,7 @@ impl Memory {
 
     /// The modules of which something is kept, each with its structure.
     pub(crate) fn modules(&self) -> Vec<(StructureName, ModuleName)> {
-        let names = self.kept.as_ref().and_then(|kept| kept.attempt(Kept::read_names));
+        let names = self.kept.as_ref().and_then(|kept| kept.attempt(RecordDatabase::read_names));
         let parsed = |name: String| {
             let (structure, module) = name.split_once('/')?;
             Some((structure.parse().ok()?, module.parse().ok()?))
@@ -184,11 +184,11 @@ impl Memory {
 
     /// The time of the earliest event that is kept \[ns since 1970\].
     pub(crate) fn since_unix_ns(&self) -> Option<u64> {
-        self.kept.as_ref()?.attempt(Kept::read_earliest)?
+        self.kept.as_ref()?.attempt(RecordDatabase::read_earliest)?
     }
 }
 
-impl Kept {
+impl RecordDatabase {
     /// Does something with the database; a failure is logged once and shown.
     fn attempt<T>(&self, work: impl FnOnce(&Self) -> Result<T, StoreError>) -> Option<T> {
         let done = work(self);
@@ -234,7 +234,7 @@ impl Kept {
     fn read_margins(
         &self,
         name: &str,
-        span: Span,
+        span: TrendSpan,
         wanted: RangeInclusive<u64>,
     ) -> Result<BTreeMap<u64, ModuleSummary>, StoreError> {
         let table = self.database.begin_read()?.open_table(MARGINS)?;
@@ -326,7 +326,7 @@ impl Kept {
     fn add(&self, status: &ModuleStatus) -> Result<(), StoreError> {
         let name = format!("{}/{}", status.structure, status.module);
         let seconds = status.time_unix_ns / 1_000_000_000;
-        for span in Span::ALL {
+        for span in TrendSpan::ALL {
             let interval = span.interval(seconds);
             let key = (name.clone(), span, interval);
             if !self.recent.lock().contains_key(&key) {
@@ -345,7 +345,7 @@ impl Kept {
     /// Writes the intervals that have ended, or all.
     fn write_margins(&self, all: bool) -> Result<(), StoreError> {
         let rows = self.recent.lock().clone();
-        let has_ended = |(name, span, interval): &(String, Span, u64)| {
+        let has_ended = |(name, span, interval): &(String, TrendSpan, u64)| {
             rows.contains_key(&(name.clone(), *span, interval + 1))
                 || rows
                     .range((name.clone(), *span, interval + 1)..)
@@ -392,7 +392,7 @@ fn name_of(news: &News) -> String {
 
 /// Notes what is new in each scene.
 struct Recorder {
-    kept: Arc<Kept>,
+    kept: Arc<RecordDatabase>,
     /// The number of the latest event that was kept.
     event: u64,
     /// The time of each module's latest status.
@@ -402,7 +402,7 @@ struct Recorder {
 }
 
 impl Recorder {
-    fn new(kept: Arc<Kept>) -> Self {
+    fn new(kept: Arc<RecordDatabase>) -> Self {
         let now = Instant::now();
         Self { kept, event: 0, statuses: BTreeMap::new(), written: now, all_written: now }
     }
@@ -452,12 +452,12 @@ mod tests {
     use crate::testing::{component, scene, status};
     use vocabulary::{FaultState, FaultTransition, Margins};
 
-    fn kept(directory: &Path) -> Arc<Kept> {
-        Memory::open(Some(directory)).unwrap().kept.unwrap()
+    fn kept(directory: &Path) -> Arc<RecordDatabase> {
+        PageRecords::open(Some(directory)).unwrap().kept.unwrap()
     }
 
-    fn memory(kept: Arc<Kept>) -> Memory {
-        Memory { kept: Some(kept), _task: JoinSet::new() }
+    fn records(kept: Arc<RecordDatabase>) -> PageRecords {
+        PageRecords { kept: Some(kept), _task: JoinSet::new() }
     }
 
     fn names() -> (StructureName, ModuleName) {
@@ -497,16 +497,16 @@ mod tests {
         }
         let kept = kept(directory.path());
         kept.add(&status_at(101, -1.0)).unwrap();
-        let memory = memory(kept);
-        let of = |span| memory.margins((&structure, &module), span, 101);
+        let records = records(kept);
+        let of = |span| records.margins((&structure, &module), span, 101);
         let departure = |(_, summary): &(u64, ModuleSummary)| summary["sensor/g1"][1];
-        let hour = of(Span::Hour);
+        let hour = of(TrendSpan::Hour);
         assert_eq!(
             hour.iter().map(|(begin, _)| *begin).collect::<Vec<_>>(),
             [0, 20, 40, 60, 80, 100]
         );
         assert_eq!((departure(&hour[5]).count, departure(&hour[5]).mean), (1, -1.0));
-        let day = of(Span::Day);
+        let day = of(TrendSpan::Day);
         assert_eq!(departure(&day[0]).count, 101);
         assert!((f64::from(departure(&day[0]).mean) - 49.0 / 101.0).abs() < 1e-6);
         assert_eq!(departure(&day[0]).extreme, -1.0);
@@ -524,19 +524,19 @@ mod tests {
             }
         }
         kept.write_margins(true).unwrap();
-        let rows = |span: Span| {
+        let rows = |span: TrendSpan| {
             let table = kept.database.begin_read().unwrap().open_table(MARGINS).unwrap();
             let all = ("tower/m1", span as u8, 0)..("tower/m1", span as u8, u64::MAX);
             table.range(all).unwrap().count() as u64
         };
-        assert!(rows(Span::Hour) <= Span::Hour.intervals(), "{}", rows(Span::Hour));
-        assert!(rows(Span::Day) <= Span::Day.intervals(), "{}", rows(Span::Day));
-        assert_eq!((rows(Span::Month), rows(Span::Year)), (8, 2));
-        assert!(kept.recent.lock().len() <= Span::ALL.len());
+        assert!(rows(TrendSpan::Hour) <= TrendSpan::Hour.intervals(), "{}", rows(TrendSpan::Hour));
+        assert!(rows(TrendSpan::Day) <= TrendSpan::Day.intervals(), "{}", rows(TrendSpan::Day));
+        assert_eq!((rows(TrendSpan::Month), rows(TrendSpan::Year)), (8, 2));
+        assert!(kept.recent.lock().len() <= TrendSpan::ALL.len());
     }
 
     #[test]
-    fn a_year_of_a_module_takes_half_a_megabyte() {
+    fn a_year_of_a_module_takes_a_megabyte() {
         let directory = tempfile::tempdir().unwrap();
         let kept = kept(directory.path());
         let mut status = status_at(0, 0.1);
@@ -551,7 +551,7 @@ mod tests {
             (0..12).map(|k| Margins { component: component(k), ..one.clone() }).collect();
         let modules = 4;
         // Twice as long as each span lasts, in steps of its interval.
-        for span in Span::ALL {
+        for span in TrendSpan::ALL {
             for interval in 0..2 * span.intervals() {
                 status.time_unix_ns = interval * span.interval_s() * 1_000_000_000;
                 for module in 0..modules {
@@ -586,13 +586,13 @@ mod tests {
         let News::Fault(again) = fault(7) else { unreachable!() };
         let kept = kept(directory.path());
         kept.write_events(&[event(9, News::Present(again))]).unwrap();
-        let memory = memory(kept);
-        let heard = memory.history(&structure, &module, 0..=u64::MAX, 100);
+        let records = records(kept);
+        let heard = records.history(&structure, &module, 0..=u64::MAX, 100);
         let sequences: Vec<u64> = heard.transitions.iter().map(|one| one.sequence).collect();
         assert_eq!((sequences, heard.observed.len(), heard.is_heard), (vec![7], 4, true));
         assert_eq!(heard.notes(), ["m1: what follows is what this page heard of it"]);
-        assert_eq!(memory.modules(), [(structure, module)]);
-        assert_eq!(memory.since_unix_ns(), Some(1001));
+        assert_eq!(records.modules(), [(structure, module)]);
+        assert_eq!(records.since_unix_ns(), Some(1001));
     }
 
     #[test]
@@ -606,7 +606,7 @@ mod tests {
         let recorder = recorder.take(&seen);
         seen.events.push_back(event(5, fault(5)));
         recorder.take(&seen);
-        let heard = memory(kept).history(&structure, &module, 0..=u64::MAX, 100);
+        let heard = records(kept).history(&structure, &module, 0..=u64::MAX, 100);
         assert_eq!(heard.transitions.iter().map(|one| one.sequence).collect::<Vec<_>>(), [3, 4, 5]);
         assert!(matches!(
             heard.observed[..],
@@ -618,7 +618,7 @@ mod tests {
     fn a_file_that_is_no_database_is_refused_with_its_name() {
         let directory = tempfile::tempdir().unwrap();
         std::fs::write(directory.path().join(FILE), "rubbish").unwrap();
-        let problem = Memory::open(Some(directory.path())).unwrap_err();
+        let problem = PageRecords::open(Some(directory.path())).unwrap_err();
         assert!(problem.contains(FILE), "{problem}");
     }
 }
