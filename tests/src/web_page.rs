@@ -17,6 +17,8 @@ use crate::process::Process;
 /// How often it is looked whether something has come.
 const GLANCE: Duration = Duration::from_millis(20);
 const READERS_ADDRESSES: usize = 4;
+/// A component's page, as the script names it.
+const COMPONENT: &str = "page=component&of=module1/sensor/g1&structure=tower";
 
 /// `trusswatch web` of the tower, connected to every process of a deployment.
 pub struct WebPage {
@@ -47,7 +49,24 @@ impl WebPage {
             }
         };
         in_time("the page", serves).await;
-        Self { process, address }
+        let page = Self { process, address };
+        let knows_component = async {
+            while !page.answers(COMPONENT).await {
+                tokio::time::sleep(GLANCE).await;
+            }
+        };
+        in_time("the component's page", knows_component).await;
+        page
+    }
+
+    /// Whether the parts of this page are to be had.
+    async fn answers(&self, page: &str) -> bool {
+        let Ok(mut stream) = TcpStream::connect(self.address).await else { return false };
+        let request = format!("GET /fragments?{page} HTTP/1.1\r\nHost: {}\r\n\r\n", self.address);
+        let mut begin = [0; 12];
+        stream.write_all(request.as_bytes()).await.is_ok()
+            && stream.read_exact(&mut begin).await.is_ok()
+            && begin.ends_with(b"200")
     }
 
     /// Its process.
@@ -88,8 +107,7 @@ impl WebPage {
         socket.bind((from, 0).into()).unwrap();
         let mut stream = socket.connect(self.address).await.unwrap();
         // Half of them look at a component: its evidence, margins and trends.
-        let page =
-            ["page=overview", "page=component&of=module1/sensor/g1&structure=tower"][place % 2];
+        let page = ["page=overview", COMPONENT][place % 2];
         let request = format!(
             "GET /stream?{page} HTTP/1.1\r\nHost: {}\r\nAccept: text/event-stream\r\n\r\n",
             self.address
