@@ -476,6 +476,7 @@ def ada_acknowledges_on_her_phone(ground):
     trusted = ssl.create_default_context(cafile=str(ground.root / "root/pki/operator.web/authority.pem"))
     with urllib.request.urlopen(f"{address}/healthz", context=trusted, timeout=LIMIT_S) as answer:
         assert answer.status == 200
+    expect.set_options(timeout=1000 * LIMIT_S)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         # The certificate was checked above; this browser has no place to import an authority to.

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 from aiosmtpd.controller import Controller
-from conftest import PROGRAMS, ROOT, cannot, free_ports, needs, trusswatch, until
+from conftest import LIMIT_S, PROGRAMS, ROOT, cannot, free_ports, needs, trusswatch, until
 from playwright.sync_api import expect, sync_playwright
 
 ALERTMANAGER = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "trusswatch/prometheus/usr/bin/prometheus-alertmanager"
@@ -119,6 +119,7 @@ def page(port):
 def phone(address, state):
     """The page on a phone that stays signed in."""
     needs("chromium")
+    expect.set_options(timeout=1000 * LIMIT_S)
     link = trusswatch("web", "link", "ada", "--state-dir", state, "--address", address).strip()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
@@ -170,6 +171,7 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path):
     entries = json.loads(trusswatch("history", "--json", *link))["transitions"]
     [latched_s] = [e["time_unix_ns"] / 1e9 for e in entries if e["component"] == COMPONENT and e["state"] == "latched"]
     delays = [round(at - latched_s, 2) for at in (webhook.heard[0][0], ntfy.heard[0][0], mail.times[0])]
+    print(f"told after the verdict [s]: {delays}")
     assert max(delays) < TOLD_AFTER_VERDICT_S, delays
     [(_, headers, body)] = ntfy.heard
     assert "hard-over" in title_of(ntfy.heard[0]) and headers["Priority"] == "5" and incident in body
