@@ -1,8 +1,8 @@
 //! Notifications of incidents: what is sent to whom, and when; to each recipient once and in order.
 //!
 //! A plain value: scenes, times and acknowledged deliveries go in, notifications come out. It is serialised as a whole, so
-//! that a restarted process continues where it stopped. People are notified when an incident opens, again if nobody
-//! acknowledges it in time, and when it is resolved. Acknowledged, shelved and suppressed incidents are silent.
+//! that a restarted process continues where it stopped. A notification is sent when an incident opens, when it is not
+//! acknowledged in time, and when it is resolved. Acknowledged, shelved and suppressed incidents are silent.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 

@@ -37,8 +37,8 @@ impl LinkedDrawing {
         }
     }
 
-    /// An enlarged drawing of the component's surroundings and a description of its location for whoever goes there. Empty if
-    /// the drawing does not show the component.
+    /// An enlarged drawing of the component's surroundings, and a description of its location. Empty if the drawing does not
+    /// show the component.
     pub(crate) fn place(
         &self,
         view: &LinkedScene<'_>,

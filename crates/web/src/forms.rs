@@ -77,8 +77,8 @@ struct OrderForm<'a> {
     present: &'a str,
 }
 
-/// The properties of a component that decide which orders are possible: its state, and whether its alarm is set aside. The
-/// page's script tracks changes.
+/// The component's state, and whether its alarm is set aside. Both decide which orders are possible; the page's script
+/// tracks changes.
 fn order_states(row: &StateRow) -> String {
     format!("{} {}", row.sign, if row.is_set_aside { "aside" } else { "plain" })
 }

@@ -5,7 +5,7 @@
 //! fixed space per module, since each [`TrendSpan`] has so many intervals; of events the latest [`MOST_EVENTS`] are kept.
 //! Events are written at once, margins of intervals that have ended once a minute, of others every ten minutes.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
@@ -346,13 +346,10 @@ impl RecordDatabase {
     fn write_margins(&self, all: bool) -> Result<(), StoreError> {
         let rows = self.recent.lock().clone();
         let has_ended = |(name, span, interval): &(String, TrendSpan, u64)| {
-            rows.contains_key(&(name.clone(), *span, interval + 1))
-                || rows
-                    .range((name.clone(), *span, interval + 1)..)
-                    .next()
-                    .is_some_and(|((other, of, _), _)| other == name && of == span)
+            let later = rows.range((name.clone(), *span, interval + 1)..).next();
+            later.is_some_and(|((other, of, _), _)| other == name && of == span)
         };
-        let ended: Vec<_> = rows.keys().filter(|key| has_ended(key)).cloned().collect();
+        let ended: BTreeSet<_> = rows.keys().filter(|key| has_ended(key)).cloned().collect();
         let transaction = self.database.begin_write()?;
         {
             let mut table = transaction.open_table(MARGINS)?;

@@ -58,6 +58,18 @@ impl ReportParameters {
         Ok((from, until))
     }
 
+    /// The page with the form, and what is wrong with the parameters.
+    fn refused(&self, page: &Page<'_>, problem: &str) -> Response {
+        page.refusing(
+            StatusCode::BAD_REQUEST,
+            &html! {
+                h1 { (page.title) }
+                (self.form(page.place))
+                p.trouble.latched role="alert" { (printable(problem)) }
+            },
+        )
+    }
+
     /// The form for the period.
     fn form(&self, action: &str) -> Markup {
         let local = |text: &str| text.trim_end_matches('Z').to_owned();
@@ -107,12 +119,7 @@ pub(crate) async fn page(
     };
     let mut period = match asked.period(shell::clock::unix_ns()) {
         Ok(period) => period,
-        Err(problem) => {
-            return page.refusing(
-                StatusCode::BAD_REQUEST,
-                &html! { h1 { "Report" } (asked.form("/report")) p.trouble.latched role="alert" { (printable(&problem)) } },
-            );
-        }
+        Err(problem) => return asked.refused(&page, &problem),
     };
     let kept = kept(&app, 0..=period.1).await;
     let since = app.observed.records.since_unix_ns();
@@ -250,12 +257,7 @@ pub(crate) async fn replay(
     };
     let (period, at) = match period.and_then(|period| Ok((period, at?))) {
         Ok(asked) => asked,
-        Err(problem) => {
-            return page.refusing(
-                StatusCode::BAD_REQUEST,
-                &html! { h1 { "Replay" } (asked.form("/replay")) p.trouble.latched role="alert" { (printable(&problem)) } },
-            );
-        }
+        Err(problem) => return asked.refused(&page, &problem),
     };
     let kept = kept(&app, 0..=period.1).await;
     let entries = Journals::merge(kept.iter().map(|(history, _)| history)).entries;

@@ -337,16 +337,22 @@ mod tests {
         News::Presence { structure, who, there, at_start: false }
     }
 
-    fn report(events: Vec<(u64, News)>, (from, until): (u64, u64)) -> PeriodReport {
+    fn heard(events: Vec<(u64, News)>) -> ModuleHistory {
         let numbered = (1..).zip(events).map(|(number, (second, news))| ObservedEvent {
             number,
             time_unix_ns: second * SECOND,
             news,
         });
         let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
-        let history = ModuleHistory::heard(&structure, &module, numbered);
-        let components = ["m1/sensor/g1", "m1/sensor/g2"].map(path);
-        PeriodReport::of(&history, components, (from * SECOND, until * SECOND))
+        ModuleHistory::heard(&structure, &module, numbered)
+    }
+
+    fn components() -> [ComponentPath; 2] {
+        ["m1/sensor/g1", "m1/sensor/g2"].map(path)
+    }
+
+    fn report(events: Vec<(u64, News)>, (from, until): (u64, u64)) -> PeriodReport {
+        PeriodReport::of(&heard(events), components(), (from * SECOND, until * SECOND))
     }
 
     #[test]
@@ -412,14 +418,7 @@ mod tests {
             (60, at(60, 2, Verdict::Normal, None)),
             (70, presence(false)),
         ];
-        let numbered = (1..).zip(events).map(|(number, (second, news))| ObservedEvent {
-            number,
-            time_unix_ns: second * SECOND,
-            news,
-        });
-        let (structure, module) = ("tower".parse().unwrap(), "m1".parse().unwrap());
-        let history = ModuleHistory::heard(&structure, &module, numbered);
-        let components = ["m1/sensor/g1", "m1/sensor/g2"].map(path);
+        let (history, components) = (heard(events), components());
         let states = |second: u64| -> Vec<FaultState> {
             let scene = scene_at([(&history, &components[..])], second * SECOND);
             scene.components().map(FaultTransition::state).collect()
