@@ -123,7 +123,7 @@ impl PageRecords {
     /// Writes everything, at the end of the process.
     pub(crate) fn close(&self) {
         if let Some(kept) = &self.kept {
-            kept.attempt(|kept| kept.write_margins(true));
+            kept.write(|kept| kept.write_margins(true));
         }
     }
 
@@ -148,7 +148,7 @@ impl PageRecords {
         let last = span.interval(now_unix_s);
         let wanted = last.saturating_sub(span.intervals() - 1)..=last;
         let name = format!("{structure}/{module}");
-        let found = kept.attempt(|kept| kept.read_margins(&name, span, wanted));
+        let found = kept.read(|kept| kept.read_margins(&name, span, wanted));
         let begin = |(interval, summary)| (interval * span.interval_s(), summary);
         found.unwrap_or_default().into_iter().map(begin).collect()
     }
@@ -168,13 +168,13 @@ impl PageRecords {
             events.sort_by_key(|event| (event.time_unix_ns, event.number));
             Ok(events)
         };
-        let events = self.kept.as_ref().and_then(|kept| kept.attempt(read));
+        let events = self.kept.as_ref().and_then(|kept| kept.read(read));
         ModuleHistory::heard(structure, module, events.unwrap_or_default())
     }
 
     /// The modules of which something is kept, each with its structure.
     pub(crate) fn modules(&self) -> Vec<(StructureName, ModuleName)> {
-        let names = self.kept.as_ref().and_then(|kept| kept.attempt(RecordDatabase::read_names));
+        let names = self.kept.as_ref().and_then(|kept| kept.read(RecordDatabase::read_names));
         let parsed = |name: String| {
             let (structure, module) = name.split_once('/')?;
             Some((structure.parse().ok()?, module.parse().ok()?))
@@ -184,29 +184,32 @@ impl PageRecords {
 
     /// The time of the earliest event that is kept \[ns since 1970\].
     pub(crate) fn since_unix_ns(&self) -> Option<u64> {
-        self.kept.as_ref()?.attempt(RecordDatabase::read_earliest)?
+        self.kept.as_ref()?.read(RecordDatabase::read_earliest)?
     }
 }
 
 impl RecordDatabase {
-    /// Does something with the database; a failure is logged once and shown.
-    fn attempt<T>(&self, work: impl FnOnce(&Self) -> Result<T, StoreError>) -> Option<T> {
-        let done = work(self);
-        let mut problem = self.problem.lock();
-        match done {
-            Ok(value) => {
-                *problem = None;
-                Some(value)
-            }
-            Err(error) => {
-                let error = error.to_string();
-                if problem.as_ref() != Some(&error) {
-                    tracing::error!("the page's records cannot be written or read: {error}");
-                }
-                *problem = Some(error);
-                None
-            }
+    /// Writes; a failure is logged once, and shown until something is written again.
+    fn write<T>(&self, work: impl FnOnce(&Self) -> Result<T, StoreError>) -> Option<T> {
+        let written = self.read(work);
+        if written.is_some() {
+            *self.problem.lock() = None;
         }
+        written
+    }
+
+    /// Reads; a failure is logged once and shown. That a full disk can be read says nothing of whether it can be written.
+    fn read<T>(&self, work: impl FnOnce(&Self) -> Result<T, StoreError>) -> Option<T> {
+        let error = match work(self) {
+            Ok(value) => return Some(value),
+            Err(error) => error.to_string(),
+        };
+        let mut problem = self.problem.lock();
+        if problem.as_ref() != Some(&error) {
+            tracing::error!("the page's records cannot be written or read: {error}");
+        }
+        *problem = Some(error);
+        None
     }
 
     fn make_tables(&self) -> Result<(), StoreError> {
@@ -410,12 +413,12 @@ impl Recorder {
             let Some(status) = &module.status else { continue };
             let key = (status.structure.clone(), status.module.clone());
             if self.statuses.insert(key, status.time_unix_ns) != Some(status.time_unix_ns) {
-                self.kept.attempt(|kept| kept.add(status));
+                self.kept.read(|kept| kept.add(status));
             }
         }
         let all = self.all_written.elapsed() >= WRITE_ALL_EVERY;
         if (all || self.written.elapsed() >= WRITE_EVERY)
-            && self.kept.attempt(|kept| kept.write_margins(all)).is_some()
+            && self.kept.write(|kept| kept.write_margins(all)).is_some()
         {
             self.written = Instant::now();
             if all {
@@ -437,7 +440,7 @@ impl Recorder {
             let lost = ObservedEvent { number, time_unix_ns, news: News::Lost { count: lost } };
             new.insert(0, Arc::new(lost));
         }
-        if self.kept.attempt(|kept| kept.write_events(&new)).is_some() {
+        if self.kept.write(|kept| kept.write_events(&new)).is_some() {
             self.event = last;
         }
     }
@@ -609,6 +612,20 @@ mod tests {
             heard.observed[..],
             [ObservedEvent { news: News::Lost { count: 2 }, .. }]
         ));
+    }
+
+    #[test]
+    fn that_records_can_be_read_does_not_hide_that_they_cannot_be_written() {
+        let directory = tempfile::tempdir().unwrap();
+        let kept = kept(directory.path());
+        let full = |_: &RecordDatabase| -> Result<(), StoreError> {
+            Err(StoreError::Corrupted("no space left".to_owned()))
+        };
+        kept.write(full);
+        assert!(kept.read(RecordDatabase::read_names).is_some());
+        assert!(kept.problem.lock().as_ref().unwrap().contains("no space left"));
+        kept.write(|kept| kept.write_margins(true)).unwrap();
+        assert_eq!(*kept.problem.lock(), None);
     }
 
     #[test]
