@@ -111,7 +111,7 @@ impl Diagnoser {
     ) -> Result<Verdict, OrderRefusal> {
         self.check_resettable(channel, &component, force)?;
         if !force {
-            self.check_change_is_over(channel, &component)?;
+            self.check_change_is_over(channel)?;
             self.check_evidence_is_gone(channel, component)?;
         }
         Ok(self.start_anew(channel))
@@ -120,7 +120,7 @@ impl Diagnoser {
     /// What the component measures now is what it should measure.
     fn re_tare(&mut self, channel: usize, component: Component) -> Result<Verdict, OrderRefusal> {
         self.check_resettable(channel, &component, false)?;
-        self.check_change_is_over(channel, &component)?;
+        self.check_change_is_over(channel)?;
         let off = self.comparing.departure(channel);
         let off = off.ok_or(OrderRefusal::NothingToReTare(component))?;
         let tare = self.channels.shift_tare(channel, off);
@@ -152,7 +152,7 @@ impl Diagnoser {
     fn start_anew(&mut self, channel: usize) -> Verdict {
         self.judging.isolator.drop_cases(channel);
         self.channels.forgive(channel);
-        let agrees = match self.condition(channel) {
+        let agrees = match self.compared(channel) {
             Condition::Agrees { from, .. } => {
                 self.is_after_detection(*from, &self.channels.components()[channel])
             }
@@ -168,16 +168,12 @@ impl Diagnoser {
         Verdict::Normal
     }
 
-    fn check_change_is_over(
-        &self,
-        channel: usize,
-        component: &Component,
-    ) -> Result<(), OrderRefusal> {
+    pub(crate) fn check_change_is_over(&self, channel: usize) -> Result<(), OrderRefusal> {
         if self.channels.learned().is_some() {
             // It has no divergence that could go on.
             return Ok(());
         }
-        let component = component.clone();
+        let component = self.channels.components()[channel].clone();
         let monitor = self.channels.monitor(channel);
         if !monitor.is_watched() {
             return Err(OrderRefusal::NotWatched(component));

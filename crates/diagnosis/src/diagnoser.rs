@@ -365,7 +365,23 @@ impl Diagnoser {
         Margins { departure, oil_content, scatter, ..unknown }
     }
 
+    /// What the latest window said; of a fault whose change is not over, that it is to be compared again: it can
+    /// be reset when it agrees.
     pub(crate) fn condition(&self, channel: usize) -> &Condition {
+        let compared = self.compared(channel);
+        let is_fault = matches!(
+            self.judging.ledger.verdict(channel),
+            Verdict::Latched | Verdict::Acknowledged
+        );
+        let agrees = matches!(compared, Condition::Agrees { .. });
+        match is_fault && agrees && self.check_change_is_over(channel).is_err() {
+            true => &Condition::NotCompared,
+            false => compared,
+        }
+    }
+
+    /// What the latest window said.
+    pub(crate) fn compared(&self, channel: usize) -> &Condition {
         match self.channels.learned() {
             Some(learned) => learned.condition(channel),
             None => self.comparing.condition(channel),

@@ -253,8 +253,24 @@ fn a_repaired_fault_stays_latched_and_is_seen_to_have_returned() {
     bench.run(3000);
     assert_eq!(bench.latched(), ["sensor/g1"]);
     assert!(matches!(condition(&bench, "sensor/g1"), Condition::Agrees { .. }));
-    order(&mut bench, GivenOrderKind::Acknowledge).unwrap();
-    order(&mut bench, GivenOrderKind::Reset { force: false }).unwrap();
+}
+
+#[test]
+fn as_soon_as_a_repaired_fault_is_said_to_agree_it_can_be_reset() {
+    for broken in [1500, 1900, 2300] {
+        let mut bench = commissioned();
+        bench.run(SETTLED);
+        bench.signals.gage_offsets[0] = BIAS_M;
+        bench.run(broken);
+        order(&mut bench, GivenOrderKind::Acknowledge).unwrap();
+        bench.signals.gage_offsets[0] = 0.0;
+        let agrees = |bench: &mut Bench| {
+            bench.run(1);
+            matches!(condition(bench, "sensor/g1"), Condition::Agrees { .. })
+        };
+        assert!((0..4000).any(|_| agrees(&mut bench)));
+        order(&mut bench, GivenOrderKind::Reset { force: false }).unwrap();
+    }
 }
 
 #[test]

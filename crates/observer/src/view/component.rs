@@ -40,7 +40,8 @@ impl StateRow {
 /// The state in words; of a fault that is gone, that it can be reset.
 fn standing(state: &FaultTransition) -> String {
     let words = state_and_aside(state);
-    let is_gone = state.state().is_fault() && state.is_verified() && !state.is_last_known();
+    let is_present = state.state().is_fault() && !state.is_last_known();
+    let is_gone = is_present && state.is_verified() && state.shut_off.is_none();
     if is_gone { format!("{words}, ready to reset") } else { words }
 }
 

@@ -534,19 +534,27 @@ fn of_several_candidates_the_likeliest_stands_for_all() {
 
 #[test]
 fn a_fault_that_is_gone_is_ready_to_reset() {
-    let words = |from: u64, verdict: FaultState| {
-        let condition = Condition::Agrees { from: Step(from), as_of: Step(from + 9) };
-        let fault = FaultTransition {
-            condition: Some(condition),
-            ..latched_at("m1/sensor/g1", 17, SECOND)
-        };
-        let verdict = Verdict::example(verdict);
-        StateRow::of_component(&FaultTransition { verdict, ..fault }).state
+    let gone = |from: u64, verdict: FaultState| FaultTransition {
+        condition: Some(Condition::Agrees { from: Step(from), as_of: Step(from + 9) }),
+        verdict: Verdict::example(verdict),
+        ..latched_at("m1/sensor/g1", 17, SECOND)
     };
+    let words = |from, verdict| StateRow::of_component(&gone(from, verdict)).state;
     assert_eq!(words(18, FaultState::Acknowledged), "acknowledged, ready to reset");
     assert_eq!(words(18, FaultState::Latched), "latched, ready to reset");
     assert_eq!(words(17, FaultState::Latched), "latched", "it agreed before the fault");
     assert!(!words(18, FaultState::Normal).contains("reset"));
+    let order = vocabulary::GivenOrder {
+        kind: vocabulary::GivenOrderKind::ShutOff { since_unix_ns: 18 * SECOND },
+        by: "ada".to_owned(),
+        on_behalf_of: None,
+        note: None,
+    };
+    let shut_off = FaultTransition { shut_off: Some(order), ..gone(18, FaultState::Latched) };
+    assert!(
+        !StateRow::of_component(&shut_off).state.contains("reset"),
+        "it is to be put back first"
+    );
 }
 
 #[test]
