@@ -7,12 +7,33 @@ use crate::diagnoser::Diagnoser;
 use crate::event::Action;
 use crate::order::OrderRefusal;
 use crate::state::{Condition, Departed};
+use crate::verdict::Transition;
 use vocabulary::{GivenOrder, GivenOrderKind, Symptom, Verdict};
 
 /// A residual displaced by less than this share of the displacement found has returned to normal.
 const STILL_DISPLACED: f64 = 0.5;
 
 impl Diagnoser {
+    /// The orders that end the shelvings and suppressions that have had their time \[ns since 1970\].
+    #[must_use]
+    pub fn lapses(&self, now_unix_ns: u64) -> Vec<(Component, GivenOrder)> {
+        let is_over = |latest: &&Transition| {
+            let mut both = latest.shelved.iter().chain(&latest.suppressed);
+            both.any(|shelving| shelving.span().is_over(now_unix_ns))
+        };
+        let order = |latest: &Transition| {
+            let kind = GivenOrderKind::Lapse { now_unix_ns };
+            (latest.component.clone(), GivenOrder::by_itself(kind, None))
+        };
+        self.last_transitions().filter(is_over).map(order).collect()
+    }
+
+    /// The components whose alarms are suppressed.
+    pub fn suppressed(&self) -> impl Iterator<Item = &Component> {
+        let suppressed = self.last_transitions().filter(|latest| latest.suppressed.is_some());
+        suppressed.map(|latest| &latest.component)
+    }
+
     /// Carries out a command: the sequence number of its transition.
     ///
     /// # Errors

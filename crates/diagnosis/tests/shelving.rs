@@ -198,3 +198,50 @@ proptest! {
         prop_assert!(length == 0 || !span.is_over(since_unix_ns));
     }
 }
+
+const SECOND: u64 = 1_000_000_000;
+const NOW: u64 = 1_800_000_000 * SECOND;
+
+fn seconds(seconds: u64) -> Span {
+    Span { since_unix_ns: NOW, until_unix_ns: NOW + seconds * SECOND }
+}
+
+/// The components for which the time is over.
+fn lapsing(bench: &Bench, now_unix_ns: u64) -> Vec<String> {
+    let orders = bench.diagnoser.lapses(now_unix_ns);
+    orders.iter().map(|(component, _)| component.to_string()).collect()
+}
+
+#[test]
+fn what_has_had_its_time_lapses_once_before_the_first_sample_too() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    give_to(&mut bench, CYLINDER, GivenOrderKind::Shelve(seconds(10))).unwrap();
+    give(&mut bench, GivenOrderKind::Suppress(seconds(20))).unwrap();
+    assert_eq!(lapsing(&bench, NOW + 9 * SECOND), [""; 0]);
+    assert_eq!(lapsing(&bench, NOW + 10 * SECOND), [CYLINDER]);
+    for (component, order) in bench.diagnoser.lapses(NOW + 10 * SECOND) {
+        bench.give(Event::Ordered { token: OrderToken(0), component, order });
+        assert!(matches!(bench.actions.last(), Some(Action::Obeyed { sequence: 3, .. })));
+    }
+    assert_eq!(lapsing(&bench, NOW + 10 * SECOND), [""; 0]);
+    assert_eq!(lapsing(&bench, NOW + 60 * SECOND), ["sensor/g1"]);
+}
+
+#[test]
+fn a_clock_that_was_set_back_ends_what_has_not_begun_yet() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    give(&mut bench, GivenOrderKind::Shelve(seconds(7200))).unwrap();
+    assert_eq!(lapsing(&bench, NOW - 59 * SECOND), [""; 0], "clocks are adjusted");
+    assert_eq!(lapsing(&bench, NOW - 61 * SECOND), ["sensor/g1"]);
+}
+
+#[test]
+fn only_what_is_suppressed_is_named_as_such() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    assert_eq!(bench.diagnoser.suppressed().count(), 0);
+    give(&mut bench, GivenOrderKind::Suppress(seconds(100))).unwrap();
+    give_to(&mut bench, CYLINDER, GivenOrderKind::Suppress(seconds(100))).unwrap();
+    give(&mut bench, GivenOrderKind::Unsuppress).unwrap();
+    let left: Vec<String> = bench.diagnoser.suppressed().map(ToString::to_string).collect();
+    assert_eq!(left, [CYLINDER]);
+}

@@ -1,6 +1,6 @@
 //! Queries and commands without a reply so far.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
 use diagnosis::{OrderToken, QuestionToken};
@@ -27,8 +27,8 @@ pub struct PendingOrder<Q> {
 /// The pending queries and commands.
 #[derive(Debug)]
 pub struct PendingReplies<Q> {
-    questions: HashMap<QuestionToken, HeldQuery<Q>>,
-    orders: HashMap<OrderToken, PendingOrder<Q>>,
+    questions: BTreeMap<QuestionToken, HeldQuery<Q>>,
+    orders: BTreeMap<OrderToken, PendingOrder<Q>>,
     hold: Duration,
     next: u64,
 }
@@ -37,7 +37,7 @@ impl<Q> PendingReplies<Q> {
     /// Queries are held for at most `hold`.
     #[must_use]
     pub fn new(hold: Duration) -> Self {
-        Self { questions: HashMap::new(), orders: HashMap::new(), hold, next: 0 }
+        Self { questions: BTreeMap::new(), orders: BTreeMap::new(), hold, next: 0 }
     }
 
     /// How long queries are held.

@@ -169,12 +169,6 @@ impl Sequencer {
         self.asked.is_some()
     }
 
-    /// Whether no samples are waiting.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
     /// The number of waiting samples.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -182,10 +182,10 @@ impl Staleness {
 const SPAN: Duration = Duration::from_secs(1);
 
 /// Recently refused samples: the reason for an unknown state.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct RecentRefusals(Option<LatestRefusal>);
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 struct LatestRefusal {
     reason: String,
     at: Instant,

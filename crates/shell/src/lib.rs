@@ -7,14 +7,13 @@
 //! | [`logging`] | to the systemd journal or standard error, including clients refused by Zenoh |
 //! | [`supervision`] | readiness, status, watchdog heartbeat |
 //! | [`health`] | health and metrics over HTTP |
-//! | [`clock`], [`occurrences`] | times in messages; rate limiting of log messages |
+//! | [`clock`] | times in messages |
 
 pub mod clock;
 pub mod environment;
 pub mod exit;
 pub mod health;
 pub mod logging;
-pub mod occurrences;
 pub mod opening;
 pub mod runtime;
 pub mod shutdown;

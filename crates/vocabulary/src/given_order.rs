@@ -70,3 +70,11 @@ pub struct GivenOrder {
     /// Why.
     pub note: Option<String>,
 }
+
+impl GivenOrder {
+    /// An order that no person gave.
+    #[must_use]
+    pub fn by_itself(kind: GivenOrderKind, note: Option<String>) -> Self {
+        Self { kind, by: "trusswatch".to_owned(), on_behalf_of: None, note }
+    }
+}

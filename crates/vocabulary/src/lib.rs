@@ -55,6 +55,7 @@ mod injection;
 mod input;
 pub mod keys;
 mod name;
+mod occurrences;
 mod order;
 mod phase;
 mod plant_status;
@@ -106,6 +107,7 @@ pub use name::{
     ActuatorName, GageName, MAX_NAME_LENGTH, MaterialName, MemberName, ModuleName, NameError,
     NodeName, OperatorName, SectionName, StructureName,
 };
+pub use occurrences::Occurrences;
 pub use order::{MAX_ORDER_TEXT, Obeyed, Order, OrderKind};
 pub use phase::{ModulePhase, PhaseChange};
 pub use plant_status::{PlantPhase, PlantStatus, PresentFault};

@@ -11,6 +11,7 @@ use diagnosis::state::{REFERENCE_VERSION, Reference, ReferenceProblem};
 use diagnosis::thresholds::{MadeFor, MeasuredEffects, Thresholds};
 use diagnosis::{DetectionSection, Diagnoser, IsolationSection, ModuleSetup, SignalSettings};
 use pki::Holder;
+use process::ProcessSettings;
 use serde::{Deserialize, Serialize};
 use session::Network;
 use session::NetworkFlags;
@@ -346,8 +347,23 @@ impl DiagnoserConfig {
         Holder::Module(self.setup.module.clone())
     }
 
-    pub(crate) fn tie_steps(&self) -> u64 {
-        self.setup.isolation.tie_steps
+    /// What the process around the diagnosis is set to.
+    pub(crate) fn process_settings(&self) -> ProcessSettings {
+        ProcessSettings {
+            stale_after: self.input.stale_after(),
+            resync_after: self.input.resync_after(),
+            recover_steps: self.input.recover_steps,
+            sample_queue: self.publish.sample_queue,
+            hold: self.queries.hold(),
+            pause: self.queries.pause(),
+            divergence_every_steps: self.publish.divergence_every_steps,
+            progress_every_steps: self.publish.progress_every_steps,
+            status_every: Duration::from_millis(self.publish.status_every_ms),
+            thresholds: self.thresholds.clone(),
+            reference: self.reference(),
+            tie_steps: self.setup.isolation.tie_steps,
+            shuts_off_by_itself: self.tolerance.by_itself,
+        }
     }
 }
 

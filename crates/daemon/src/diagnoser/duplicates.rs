@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::{Mutex, MutexGuard};
-use shell::occurrences::Occurrences;
+use vocabulary::Occurrences;
 use vocabulary::{ModuleStatus, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;

@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use diagnosis::identification::{Excerpt, IdentificationResult, identify};
 use shell::clock;
-use shell::occurrences::Occurrences;
 use shell::runtime::contained;
 use shell::supervision::{Crew, Lane};
 use vocabulary::Component;
+use vocabulary::Occurrences;
 
 use super::publish::{ModuleOutbox, Outgoing};
 use crate::counters::SharedCounters;

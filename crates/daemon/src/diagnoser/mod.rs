@@ -3,7 +3,7 @@
 //! | file | job |
 //! |---|---|
 //! | `input` | samples from the network, in order and without a gap where the publisher still has them |
-//! | `diagnose` | the loop that owns the diagnoser: takes from the queues, carries out the actions |
+//! | `diagnose` | the loop that owns the module's process: takes from the queues, carries out effects |
 //! | `store` | the present state of each component, and the journal on disk |
 //! | `publish` | everything that goes out, on threads of its own |
 //! | `answer` | queries and commands: of peers, operators, monitoring clients |
@@ -13,7 +13,7 @@
 //! | `duplicates` | whether another process runs as the same module |
 //! | `health` | readiness and metrics over HTTP |
 //!
-//! What is decided without the network, the disk or a clock is in the crate `process`.
+//! What is decided, without the network, the disk or a clock, is in the crate `process`.
 
 mod answer;
 mod args;
@@ -33,10 +33,7 @@ use std::time::Duration;
 use diagnosis::Diagnoser;
 use diagnosis::messages::Speaker;
 use parking_lot::Mutex;
-use process::{
-    InputNumbering, NO_SAMPLE_YET, PendingReplies, QueryPause, ReceivedSample, SampleSize,
-    Sequencer, ShutOffInterlock, WatchedSteps,
-};
+use process::{ModuleProcess, ReceivedSample, SampleSize, ShutOffInterlock, WatchedSteps};
 use shell::clock;
 use shell::exit::Failure;
 use shell::health::Listening;
@@ -54,7 +51,7 @@ pub use args::{command_line, main};
 pub use store::StateDirectory;
 
 use answer::{ProvenanceAnswers, Queryables, SharedInquiryCounters};
-use diagnose::{ActionExecutor, DiagnosisLoop, Queues, SampleInput, SharedState};
+use diagnose::{DiagnosisLoop, Queues, SharedState};
 use duplicates::DuplicateWatch;
 use freeze_frames::FreezeFrames;
 use health::{LatestReport, ModuleHealth};
@@ -205,7 +202,7 @@ impl CertificateWatch {
 async fn serve(
     session: &Session,
     (config, speaker): (DiagnoserConfig, Speaker),
-    mut diagnoser: Diagnoser,
+    diagnoser: Diagnoser,
     opened: OpenedStore,
     (supervisor, health): (Supervisor, Arc<LatestReport>),
     shutdown: Shutdown,
@@ -219,22 +216,18 @@ async fn serve(
 
     // Restart: what the journal holds, for the diagnoser and for the recording of its inputs.
     let OpenedStore { writer, store, watch } = opened;
-    let memory = store.lock().components.memory(&speaker.module, watch);
-    let mut numbering = InputNumbering::new(speaker.clone(), clock::unix_ns());
-    let fingerprint = configuration.fingerprint.clone();
-    let started = numbering.start(&memory, fingerprint, clock::unix_ns());
-    let inputs = {
-        let state = store.lock();
-        InputCache::new(numbering.process(), state.components.inputs(&speaker.module))
-    };
-    diagnoser.recall(memory);
     let components = diagnoser.components().to_vec();
-    {
-        let (mut state, now) = (store.lock(), clock::unix_ns());
-        let reason = NO_SAMPLE_YET.to_owned();
-        state.components.configure(&speaker.module, &components, reason, now);
-        state.components.conditions(diagnose::conditions(&diagnoser), now);
-    }
+    let fingerprint = configuration.fingerprint.clone();
+    let (module, started, inputs) = {
+        let (mut state, settings) = (store.lock(), config.process_settings());
+        let subject = (diagnoser, speaker.clone());
+        let known = (&mut *state, watch);
+        let (module, started) =
+            ModuleProcess::start(subject, settings, fingerprint, known, diagnose::now());
+        let inputs = state.components.inputs(&speaker.module);
+        let inputs = InputCache::new(module.process(), inputs);
+        (module, started, inputs)
+    };
 
     // Store: the journal is written by a thread of its own.
     writer.note_start(&store);
@@ -297,9 +290,9 @@ async fn serve(
     threads.push(ended);
 
     // Input.
-    let (input, samples, recovered) =
+    let (receiver, recovery, samples, recovered) =
         open_input(session, &speaker, &config).await.map_err(refused)?;
-    let subscriber = input.receiver.subscribe(session, &speaker).await.map_err(refused)?;
+    let subscriber = receiver.subscribe(session, &speaker).await.map_err(refused)?;
     // This task runs the loop from now on, and clients that see the token may ask.
     supervisor.progress();
     // Last of all: the token shows that everything above is in place.
@@ -329,29 +322,24 @@ async fn serve(
     let counted = Arc::clone(&identifications);
     let identifier =
         Identifier::start(speaker.clone(), outbox.clone(), counted, &crew).map_err(no_thread)?;
-    let executor = ActionExecutor::new(
-        speaker,
-        (outbox, store.clone(), numbering),
-        (identifier, freeze_frames, queries),
-        (PendingReplies::new(config.queries.hold()), QueryPause::new(config.queries.pause())),
-        inquiries,
-        input.receiver.clone(),
-    );
-    let certificate = CertificateWatch::start(config.network.clone());
     let shared = SharedState {
         store,
-        watch,
+        outbox,
+        receiver,
+        recovery,
+        queries,
         peers,
         forces,
         interlock,
+        identifier,
+        freeze_frames,
+        inquiries,
         duplicates,
-        certificate,
+        certificate: CertificateWatch::start(config.network.clone()),
         health,
         identifications,
     };
-    DiagnosisLoop::new(diagnoser, &config, executor, input, shared, supervisor)
-        .run(queues, shutdown)
-        .await;
+    DiagnosisLoop::new(module, shared, supervisor).run(queues, shutdown).await;
 
     looking.abort();
     listening.abort();
@@ -381,8 +369,12 @@ async fn open_input(
     session: &Session,
     speaker: &Speaker,
     config: &DiagnoserConfig,
-) -> zenoh::Result<(SampleInput, mpsc::Receiver<ReceivedSample>, mpsc::Receiver<RecoveredSamples>)>
-{
+) -> zenoh::Result<(
+    SampleReceiver,
+    RecoveryQuerier,
+    mpsc::Receiver<ReceivedSample>,
+    mpsc::Receiver<RecoveredSamples>,
+)> {
     let room = config.publish.sample_queue;
     let (samples_in, samples) = mpsc::channel(room);
     let (recovered_in, recovered) = mpsc::channel(1);
@@ -390,14 +382,9 @@ async fn open_input(
     let size = SampleSize { actuators, gages };
     let arbitration = (config.input.incumbent(), room);
     let receiver = SampleReceiver::new(speaker.module.clone(), size, samples_in, arbitration);
-    let recovery = RecoveryQuerier::declare(session, speaker, receiver.clone(), recovered_in);
-    let input = SampleInput {
-        sequencer: Sequencer::new(config.input.recover_steps, room),
-        recovery: recovery.await?,
-        receiver,
-        resync_after: config.input.resync_after(),
-    };
-    Ok((input, samples, recovered))
+    let recovery =
+        RecoveryQuerier::declare(session, speaker, receiver.clone(), recovered_in).await?;
+    Ok((receiver, recovery, samples, recovered))
 }
 
 /// What is on the network, in the order in which it is withdrawn.

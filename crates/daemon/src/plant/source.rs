@@ -4,11 +4,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use shell::exit::Failure;
-use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+use vocabulary::Occurrences;
 use vocabulary::{Key, ModuleName, PlantPhase, PlantTopic, RunId, Step, StructureName};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;

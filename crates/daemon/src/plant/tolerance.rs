@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::Instant;
 
 use plant::Plant;
-use shell::occurrences::Occurrences;
+use vocabulary::Occurrences;
 use vocabulary::{
     Ability, Capability, Component, ComponentPath, Corrected, CorrectedReadings,
     CylinderCapability, Key, Message, ModuleName, ReadingSource, RunId, Step, StructureName,

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use recording::Stamp;
-use shell::occurrences::Occurrences;
 use tokio::sync::{Semaphore, mpsc, watch};
 use tokio::task::JoinSet;
+use vocabulary::Occurrences;
 use vocabulary::{
     FaultTransition, HistoryPage, HistoryQuestion, Identification, InputQuestion, Key, Message,
     ModuleName, RunId, SampleQuestion, Step, StructureName, Topic, delivery::Backoff,

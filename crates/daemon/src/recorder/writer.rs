@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use parking_lot::Mutex;
 use recording::{Metadata, Recorded, RecordingError, RecordingFiles, Stamp};
 use shell::clock;
-use shell::occurrences::Occurrences;
+use vocabulary::Occurrences;
 use vocabulary::{Input, ModuleConfiguration, Taken, Topic};
 
 use super::fetching::{FetchRequest, FetchRequests, module_request};

@@ -29,7 +29,7 @@ use tracing_subscriber::layer::Context;
 use tracing_subscriber::registry::LookupSpan;
 
 use super::endpoints;
-use crate::occurrences::Occurrences;
+use vocabulary::Occurrences;
 
 /// The module of Zenoh that evaluates messages.
 const ACCESS_CONTROL: &str = "zenoh::net::routing::interceptor::access_control";

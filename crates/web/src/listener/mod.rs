@@ -21,11 +21,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use axum::Router;
-use shell::occurrences::Occurrences;
 use shell::shutdown::Shutdown;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 use tokio_rustls::TlsAcceptor;
+use vocabulary::Occurrences;
 
 pub(crate) use connection::Connection;
 use connection::{Shared, attend};

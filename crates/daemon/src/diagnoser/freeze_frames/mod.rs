@@ -18,8 +18,8 @@ use std::time::Instant;
 
 use diagnosis::messages::Speaker;
 use shell::clock;
-use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
+use vocabulary::Occurrences;
 use vocabulary::{Component, FreezeFrame, FreezeFrameQuestion, FrozenSignals, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::query::{Query, Queryable};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use diagnosis::messages::Speaker;
-use shell::occurrences::Occurrences;
+use vocabulary::Occurrences;
 use vocabulary::{FreezeFrame, FrozenSignals};
 
 use super::files::{self, FoundFrame, FreezeFrameFiles};

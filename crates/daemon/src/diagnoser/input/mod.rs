@@ -17,9 +17,9 @@ use process::{
     Arbitration, PublisherArbiter, PublisherId, ReceivedSample, RecentRefusals, SampleSize,
     SampleSource,
 };
-use shell::occurrences::Occurrences;
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
+use vocabulary::Occurrences;
 use vocabulary::{DecodeError, IntakeCounters, ModuleName, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;

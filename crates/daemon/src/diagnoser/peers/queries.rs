@@ -58,21 +58,6 @@ impl PeerQueries {
         Ok(Self { queriers, presence, timeouts, under_way, table, answers })
     }
 
-    /// Why a peer has not answered so far.
-    pub(crate) fn why_silent(&self, peer: &ModuleName) -> String {
-        self.table.why_silent(peer)
-    }
-
-    /// An answer of the peer was rejected by the diagnosis.
-    pub(crate) fn note_rejection(&self, peer: &ModuleName, reason: String) {
-        self.table.note_rejection(peer, reason);
-    }
-
-    /// The peer does not stand by what it said.
-    pub(crate) fn note_dispute(&self, peer: &ModuleName) {
-        self.table.note_dispute(peer);
-    }
-
     /// Asks in a task of its own; the outcome comes back as an event.
     pub(crate) fn ask(&self, peer: ModuleName, question: StateQuestion) {
         let timeout = self.timeouts.lock().of_next(&peer);

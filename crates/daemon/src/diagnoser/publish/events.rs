@@ -8,8 +8,7 @@ use std::sync::mpsc::Receiver;
 
 use shell::supervision::Lane;
 use vocabulary::{
-    Candidate, Component, FaultSize, FaultTransition, Identification, Input, InquiryCounters,
-    Obeyed, PhaseChange, Topic,
+    Candidate, Component, FaultSize, FaultTransition, Identification, Input, InquiryCounters, Topic,
 };
 use zenoh::bytes::{Encoding, ZBytes};
 use zenoh::pubsub::Publisher;
@@ -25,44 +24,10 @@ use crate::messages::{put, reply};
 use diagnosis::messages::Speaker;
 
 /// Something that must not be lost.
-#[derive(Debug)]
-pub(crate) enum Outgoing {
-    /// A transition of the verdict on a component.
-    Fault(Box<FaultTransition>),
-    /// What was found of a fault. It is stored and published if it is news.
-    Identification(Box<Identification>),
-    /// A change.
-    Change(Box<vocabulary::ChangeReport>),
-    /// Another phase.
-    Phase(Box<PhaseChange>),
-    /// An order was obeyed by a transition before this.
-    Obeyed {
-        /// The order.
-        query: Query,
-        /// The reply.
-        obeyed: Obeyed,
-    },
-    /// What the diagnoser took beside samples: before everything that comes of it.
-    Input(Box<Input>),
-}
+pub(crate) type Outgoing = process::Outgoing<Query>;
 
 /// An event that is in the store.
-#[derive(Debug)]
-pub(crate) struct QueuedEvent {
-    pub(super) event: Outgoing,
-    /// To wait for the disk with.
-    pub(super) ticket: u64,
-}
-
-impl Outgoing {
-    fn set_durable(&mut self, durable: bool) {
-        match self {
-            Outgoing::Fault(transition) => transition.durable = durable,
-            Outgoing::Obeyed { obeyed, .. } => obeyed.durable = durable,
-            _ => {}
-        }
-    }
-}
+pub(crate) type QueuedEvent = process::QueuedEvent<Query>;
 
 /// The publishers of a component's messages.
 struct ComponentPublishers {

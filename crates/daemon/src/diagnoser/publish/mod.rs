@@ -18,10 +18,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{SyncSender, TrySendError, sync_channel};
 use std::time::Instant;
 
-use process::JournalRecord;
-use shell::occurrences::Occurrences;
 use shell::supervision::{Crew, Ended};
 use tokio::sync::mpsc;
+use vocabulary::Occurrences;
 use vocabulary::PublisherCounters;
 use zenoh::pubsub::Publisher;
 
@@ -96,43 +95,24 @@ impl ModuleOutbox {
         }
     }
 
-    /// Hands an event to the store, then queues it for publishing. If the network has been stalled for so long that the
-    /// queue is full, the event is dropped for subscribers and counted; queries still return it.
+    /// Hands an event to the store, then queues it for publishing.
     pub(crate) fn event(&self, event: Outgoing) {
-        let SharedOutbox { store, counters, .. } = &*self.shared;
+        let store = &self.shared.store;
         // Locked until the event is in both queues: journal and publication keep the same order for any caller.
         let mut state = store.lock();
-        let (event, record) = match event {
-            Outgoing::Fault(transition) => {
-                let inputs = state.components.inputs_of_transition();
-                store.hand_in(&mut state, inputs, None);
-                let ticket = state.writes.next_ticket();
-                let transition = Box::new(state.components.transition(*transition, ticket));
-                let record = JournalRecord::Transition(transition.clone());
-                (Outgoing::Fault(transition), Some(record))
-            }
-            Outgoing::Identification(found) => {
-                let Some(found) = state.components.identification(*found) else { return };
-                let found = Box::new(found);
-                let record = JournalRecord::Identification(found.clone());
-                (Outgoing::Identification(found), Some(record))
-            }
-            Outgoing::Phase(change) => {
-                let change = Box::new(state.components.phase_changed(*change));
-                let record = JournalRecord::Phase(change.clone());
-                (Outgoing::Phase(change), Some(record))
-            }
-            Outgoing::Input(input) => {
-                state.components.input((*input).clone());
-                (Outgoing::Input(input), None)
-            }
-            other => (other, None),
-        };
-        let ticket = store.hand_in(&mut state, record, None);
-        let is_reply = matches!(event, Outgoing::Obeyed { .. });
-        counters.count(|counters| counters.events += u64::from(!is_reply));
+        if let Some(queued) = state.enter(event, Instant::now()) {
+            self.publish(queued);
+        }
+        store.unlock(state);
+    }
+
+    /// Queues an event that is in the store for publishing. If the network has been stalled for so long that the queue
+    /// is full, the event is dropped for subscribers and counted; queries still return it.
+    pub(crate) fn publish(&self, queued: QueuedEvent) {
+        let is_reply = matches!(queued.event, Outgoing::Obeyed { .. });
+        self.shared.counters.count(|counters| counters.events += u64::from(!is_reply));
         if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) =
-            self.events.try_send(QueuedEvent { event, ticket })
+            self.events.try_send(queued)
         {
             self.count_loss(is_reply);
         }

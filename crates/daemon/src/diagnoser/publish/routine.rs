@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use shell::supervision::Lane;
 use tokio::sync::mpsc;
-use vocabulary::{
-    Capability, Corrected, Divergences, InquiryCounters, ModuleStatus, Progress, StateAnswer, Topic,
-};
+use vocabulary::{InquiryCounters, Topic};
 use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
 use zenoh::qos::CongestionControl;
@@ -20,33 +18,7 @@ use crate::messages::{put, refuse, reply};
 use diagnosis::messages::Speaker;
 
 /// Something that is superseded soon, or asked for again.
-#[derive(Debug)]
-pub(crate) enum Routine {
-    /// Divergences.
-    Divergences(Divergences),
-    /// Corrected readings.
-    Corrected(Corrected),
-    /// What cylinders can do.
-    Capability(Capability),
-    /// Status.
-    Status(Box<ModuleStatus>),
-    /// Progress.
-    Progress(Progress),
-    /// The answer to a peer's question.
-    Answer {
-        /// The question.
-        query: Query,
-        /// The answer.
-        answer: StateAnswer,
-    },
-    /// No answer.
-    Refusal {
-        /// The question.
-        query: Query,
-        /// Why.
-        reason: String,
-    },
-}
+pub(crate) type Routine = process::Routine<Query>;
 
 /// What the thread owns.
 pub(crate) struct RoutinePublisher {

@@ -1,5 +1,4 @@
-//! The one store: the present state of each component ([`ComponentStore`]) and what of it is still to be written
-//! ([`WriteQueue`]), under one lock. The journal, replies, status, metrics and restarts come from it.
+//! The one store ([`StoreState`]), under one lock. The journal, replies, status, metrics and restarts come from it.
 //!
 //! The lock is held only to read or change it, never while the disk or the network is waited for.
 
@@ -11,18 +10,10 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use diagnosis::Memory;
-use process::{ComponentStore, JournalRecord, WatchedSteps, WriteBatch, WriteQueue};
+use process::{ComponentStore, JournalRecord, StoreState, WatchedSteps};
 use vocabulary::{Change, JournalStatus, ModuleName, RunId, Step};
 
 pub(crate) use writer::JournalWriter;
-
-/// What is under the lock.
-#[derive(Debug)]
-pub(crate) struct StoreState {
-    pub(crate) components: ComponentStore,
-    pub(crate) writes: WriteQueue,
-    closed: bool,
-}
 
 /// A handle of the store. Its lock is the standard library's: a thread that panics while it wakes up leaves it usable,
 /// where `parking_lot` could hold up every lock of the process. Each change under it is complete, so what a panic
@@ -41,7 +32,7 @@ struct SharedStore {
 
 impl ModuleStore {
     pub(crate) fn new(components: ComponentStore, status: JournalStatus) -> Self {
-        let state = StoreState { components, writes: WriteQueue::new(status), closed: false };
+        let state = StoreState::new(components, status);
         let (handed_in, answered) = (Condvar::new(), Condvar::new());
         Self(Arc::new(SharedStore { state: Mutex::new(state), handed_in, answered }))
     }
@@ -50,38 +41,24 @@ impl ModuleStore {
         self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Ends a change; what of it is to be written is written.
+    pub(crate) fn unlock(&self, state: MutexGuard<'_, StoreState>) {
+        if !state.writes.is_empty() {
+            self.0.handed_in.notify_one();
+        }
+    }
+
     /// Takes what is written to the journal and concerns no single component.
     pub(crate) fn record(&self, record: JournalRecord) {
         let mut state = self.lock();
-        state.components.note(record.clone());
-        self.hand_in(&mut state, Some(record), None);
-    }
-
-    /// Takes how far the module has watched: for the disk, after all before it.
-    pub(crate) fn watched(&self, watch: WatchedSteps) {
-        self.hand_in(&mut self.lock(), [], Some(watch));
-    }
-
-    /// Hands in what is to be written; does not wait. Returns the ticket to wait for the disk with.
-    pub(crate) fn hand_in(
-        &self,
-        state: &mut StoreState,
-        records: impl IntoIterator<Item = JournalRecord>,
-        watch: Option<WatchedSteps>,
-    ) -> u64 {
-        self.0.handed_in.notify_one();
-        state.writes.hand_in(records, watch, Instant::now())
+        state.record(record, Instant::now());
+        self.unlock(state);
     }
 
     /// Nothing will be handed in any more: the writing thread ends when everything is written.
     pub(crate) fn close(&self) {
-        self.lock().closed = true;
+        self.lock().is_closed = true;
         self.0.handed_in.notify_one();
-    }
-
-    /// How the journal is.
-    pub(crate) fn journal_status(&self) -> JournalStatus {
-        self.lock().writes.status(Instant::now())
     }
 
     /// Waits until the disk has answered for everything that was handed in by the time of a ticket, unless it hangs.
@@ -105,17 +82,17 @@ impl ModuleStore {
         }
     }
 
-    /// What there is to be written, waited for; after `retry` at the latest, if that is given. With it the present state, if
-    /// a new file is to be begun. `None` when nothing more will come.
-    fn take(
+    /// What there is to be written, waited for; after `retry` at the latest, if that is given. `None` when nothing more
+    /// will come.
+    fn take<T>(
         &self,
         retry: Option<Duration>,
-        new_file: bool,
-    ) -> Option<(WriteBatch, Option<Vec<JournalRecord>>)> {
+        take: impl FnOnce(&mut StoreState, Instant) -> T,
+    ) -> Option<T> {
         let mut state = self.lock();
         let end = retry.map(|retry| Instant::now() + retry);
         while state.writes.is_empty() {
-            if state.closed {
+            if state.is_closed {
                 return None;
             }
             let left = end.map(|end| end.saturating_duration_since(Instant::now()));
@@ -131,11 +108,7 @@ impl ModuleStore {
                 }
             }
         }
-        let batch = state.writes.take(Instant::now());
-        // Of what was dropped, only the present state is left.
-        let snapshot = new_file || batch.dropped > 0;
-        let snapshot = snapshot.then(|| state.components.snapshot());
-        Some((batch, snapshot))
+        Some(take(&mut state, Instant::now()))
     }
 
     /// The disk has answered: whether it has everything so far, and how the journal is.

@@ -36,7 +36,7 @@ fn take(store: &ModuleStore, transition: FaultTransition) -> u64 {
     let ticket = state.writes.next_ticket();
     let transition = state.components.transition(transition, ticket);
     let record = JournalRecord::Transition(Box::new(transition));
-    store.hand_in(&mut state, Some(record), None)
+    state.writes.hand_in(Some(record), None, Instant::now())
 }
 
 fn identify(store: &ModuleStore, sequence: u64) {
@@ -57,7 +57,7 @@ fn identify(store: &ModuleStore, sequence: u64) {
     let mut state = store.lock();
     let found = state.components.identification(found).unwrap();
     let record = JournalRecord::Identification(Box::new(found));
-    store.hand_in(&mut state, Some(record), None);
+    state.writes.hand_in(Some(record), None, Instant::now());
 }
 
 fn save((writer, store): &mut (JournalWriter, ModuleStore), record: JournalRecord) -> bool {
@@ -66,7 +66,7 @@ fn save((writer, store): &mut (JournalWriter, ModuleStore), record: JournalRecor
 }
 
 fn problem(store: &ModuleStore) -> Option<String> {
-    store.journal_status().problem
+    store.lock().writes.status(Instant::now()).problem
 }
 
 fn recalled(store: &ModuleStore) -> Vec<u64> {
@@ -86,10 +86,13 @@ fn what_cannot_be_written_is_kept_and_written_later() {
     let mut opened = open(&state);
     assert!(problem(&opened.1).is_some());
     assert!(!save(&mut opened, change(1)));
-    assert_eq!(opened.1.journal_status().unsaved, 1);
+    assert_eq!(opened.1.lock().writes.status(Instant::now()).unsaved, 1);
     std::fs::remove_file(&state).unwrap();
     assert!(save(&mut opened, change(2)));
-    assert_eq!((problem(&opened.1), opened.1.journal_status().unsaved), (None, 0));
+    assert_eq!(
+        (problem(&opened.1), opened.1.lock().writes.status(Instant::now()).unsaved),
+        (None, 0)
+    );
     drop(opened);
     assert_eq!(stored(&state).len(), 2);
 }
@@ -152,7 +155,11 @@ fn the_latest_state_reaches_the_file_whatever_was_dropped_meanwhile() {
         }
         assert!(!opened.0.write_waiting(&opened.1));
     }
-    assert!(opened.1.journal_status().lost > 2, "{:?}", opened.1.journal_status());
+    assert!(
+        opened.1.lock().writes.status(Instant::now()).lost > 2,
+        "{:?}",
+        opened.1.lock().writes.status(Instant::now())
+    );
     std::fs::remove_file(&state).unwrap();
     assert!(save(&mut opened, change(1)));
     drop(opened);
@@ -201,7 +208,7 @@ fn a_new_file_begins_with_the_present_state() {
     for step in 0..100 {
         assert!(save(&mut opened, change(step)));
     }
-    assert!(opened.1.journal_status().bytes < 30_000);
+    assert!(opened.1.lock().writes.status(Instant::now()).bytes < 30_000);
     drop(opened);
     let watch = WatchedSteps { run: RunId(1), watched: None };
     let memory = open(directory.path()).1.lock().components.memory(&module(), Some(watch));
@@ -217,12 +224,12 @@ fn the_watch_says_nothing_that_the_journal_lacks() {
     let mut opened = open(&state);
     let blocked = directory.path().join("blocked");
     std::fs::write(&blocked, "in the way").unwrap();
-    (opened.0.directory, opened.0.journal) = (Some(blocked.clone()), None);
-    opened.1.watched(watch(5));
+    (opened.0.files.directory, opened.0.files.journal) = (Some(blocked.clone()), None);
+    opened.1.lock().watched(watch(5), Instant::now());
     assert!(!save(&mut opened, change(5)));
     assert_eq!(watched(), None);
     std::fs::remove_file(&blocked).unwrap();
-    opened.1.watched(watch(6));
+    opened.1.lock().watched(watch(6), Instant::now());
     assert!(save(&mut opened, change(6)));
     assert_eq!(watched(), Some(watch(6)));
 }

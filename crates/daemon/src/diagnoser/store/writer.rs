@@ -1,25 +1,16 @@
-//! The journal on disk and the thread that writes it: records first, and when the disk has them, how far the module has
-//! watched. So the watch never says more than the journal can prove.
-//!
-//! What cannot be written (a full disk, a directory that is read-only) is kept and tried again. Where that gets too
-//! much, the oldest of it is dropped, and what is written next is a new file with the present state.
+//! The journal on disk and the thread that writes it. What is written when is decided by [`JournalKeeper`].
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use journal::{Journal, OpenError, Opened};
-use process::{ComponentStore, JOURNAL_VERSION, JournalRecord, WatchedSteps, check_version};
+use process::{ComponentStore, Disk, JournalKeeper, JournalRecord, WatchedSteps, check_version};
 use shell::clock;
-use vocabulary::{JournalStatus, ModuleName};
+use vocabulary::ModuleName;
 
 use super::ModuleStore;
 use super::watch_file::WatchFile;
-
-/// Records that may wait for a disk.
-const MAX_UNSAVED: usize = 16_384;
-/// How often a disk that refused is tried again.
-const RETRY: Duration = Duration::from_secs(1);
 
 /// A state directory that cannot be used at all.
 #[derive(Debug, thiserror::Error)]
@@ -39,19 +30,90 @@ pub(crate) enum StateError {
     },
 }
 
-/// The open journal, or what stands in for one that cannot be opened at present.
+/// The files of a state directory, as far as they can be opened at present.
 #[derive(Debug)]
-pub(crate) struct JournalWriter {
+pub(super) struct StateFiles {
     pub(super) directory: Option<PathBuf>,
     pub(super) journal: Option<Journal>,
-    watch_file: Option<WatchFile>,
-    /// What a journal holds that could not be opened at the start is not known.
-    unread: bool,
-    unsaved: VecDeque<String>,
-    /// The disk may lack what was appended, or never got it: only a new file is certain to be whole.
-    incomplete: bool,
-    rotate_bytes: u64,
-    status: JournalStatus,
+    watch: Option<WatchFile>,
+}
+
+impl StateFiles {
+    /// Opens the journal; returns what it holds, and how many records are damaged.
+    fn try_open(&mut self) -> Result<(Vec<String>, u64), OpenError> {
+        let Some(directory) = &self.directory else { return Ok((Vec::new(), 0)) };
+        let Opened { journal, records, damage } = Journal::open(directory)?;
+        for damage in &damage {
+            tracing::warn!("journal damaged, damaged records skipped: {damage}");
+        }
+        self.journal = Some(journal);
+        Ok((records, damage.len() as u64))
+    }
+
+    /// What a journal holds that can be read but not written.
+    fn read_only(&self) -> Result<Vec<String>, OpenError> {
+        let Some(directory) = &self.directory else { return Ok(Vec::new()) };
+        journal::read(directory).and_then(Iterator::collect)
+    }
+
+    /// Opens the file that says how far the module had watched.
+    fn open_watch(&mut self) -> std::io::Result<Option<WatchedSteps>> {
+        let Some(directory) = &self.directory else { return Ok(None) };
+        let (file, watch) = WatchFile::open(directory)?;
+        self.watch = Some(file);
+        Ok(watch)
+    }
+
+    fn open_journal(&mut self) -> Result<&mut Journal, String> {
+        self.journal.as_mut().ok_or_else(|| "it is not open".to_owned())
+    }
+}
+
+impl Disk for StateFiles {
+    fn open(&mut self) -> Result<(Vec<String>, u64), String> {
+        let opened = self.try_open().map_err(|error| error.to_string())?;
+        if self.watch.is_none() {
+            // How far an earlier process had watched is of no use any more.
+            self.open_watch().map_err(|error| error.to_string())?;
+        }
+        Ok(opened)
+    }
+
+    fn close(&mut self) {
+        self.journal = None;
+    }
+
+    fn is_open(&self) -> bool {
+        self.journal.is_some()
+    }
+
+    fn append(&mut self, records: &VecDeque<String>) -> Result<(), String> {
+        self.open_journal()?.append_all(records).map_err(|error| error.to_string())
+    }
+
+    fn sync(&mut self) -> Result<(), String> {
+        self.open_journal()?.sync().map_err(|error| error.to_string())
+    }
+
+    fn rotate(&mut self, records: Vec<String>) -> Result<(), String> {
+        self.open_journal()?.rotate(records).map_err(|error| error.to_string())
+    }
+
+    fn bytes(&self) -> u64 {
+        self.journal.as_ref().map_or(0, Journal::bytes)
+    }
+
+    fn write_watch(&mut self, watch: WatchedSteps) -> Result<(), String> {
+        let file = self.watch.as_mut().ok_or("it is not open")?;
+        file.write(watch).map_err(|error| error.to_string())
+    }
+}
+
+/// What writes the journal.
+#[derive(Debug)]
+pub(crate) struct JournalWriter {
+    pub(super) files: StateFiles,
+    keeper: JournalKeeper,
 }
 
 impl JournalWriter {
@@ -66,23 +128,31 @@ impl JournalWriter {
         module: &ModuleName,
     ) -> Result<(Self, ModuleStore, Option<WatchedSteps>), StateError> {
         let mut writer = Self::unopened(directory, rotate_bytes);
-        let records = match writer.try_open() {
-            Ok(records) => records,
+        let keeper = &mut writer.keeper;
+        let records = match writer.files.try_open() {
+            Ok((records, damaged)) => {
+                keeper.status.damaged = damaged;
+                keeper.status.bytes = writer.files.bytes();
+                records
+            }
             Err(error @ OpenError::InUse { .. }) => return Err(StateError::InUse(error)),
             Err(error) => {
-                writer.tell_problem(&error);
-                writer.read_only()
+                keeper.tell_problem(&error);
+                let records = writer.files.read_only();
+                keeper.is_unread = records.is_err();
+                records.unwrap_or_default()
             }
         };
         check_version(&records).map_err(|problem| {
-            let directory = writer.status.directory.clone().unwrap_or_default();
+            let directory = keeper.status.directory.clone().unwrap_or_default();
             StateError::OtherVersion { directory, problem }
         })?;
         let records = records.iter().filter_map(|text| JournalRecord::from_text(text)).collect();
-        let components = ComponentStore::restore(records, module, clock::unix_ns());
-        writer.status.incarnation = components.incarnation();
-        let watch = writer.open_watch_file();
-        let store = ModuleStore::new(components, writer.status.clone());
+        let watch = writer.files.open_watch().unwrap_or_else(|error| {
+            keeper.tell_problem(&error);
+            None
+        });
+        let store = writer.store(records, module);
         Ok((writer, store, watch))
     }
 
@@ -94,96 +164,35 @@ impl JournalWriter {
         module: &ModuleName,
     ) -> (Self, ModuleStore) {
         let mut writer = Self::unopened(directory, rotate_bytes);
-        writer.unread = true;
-        writer.tell_problem(&"the disk did not answer at the start");
-        let components = ComponentStore::restore(Vec::new(), module, clock::unix_ns());
-        writer.status.incarnation = components.incarnation();
-        let store = ModuleStore::new(components, writer.status.clone());
+        writer.keeper.is_unread = true;
+        writer.keeper.tell_problem(&"the disk did not answer at the start");
+        let store = writer.store(Vec::new(), module);
         (writer, store)
     }
 
     fn unopened(directory: Option<&Path>, rotate_bytes: u64) -> Self {
         let shown = directory.map(|directory| directory.display().to_string());
+        let directory = directory.map(Path::to_owned);
         Self {
-            directory: directory.map(Path::to_owned),
-            journal: None,
-            watch_file: None,
-            unread: false,
-            unsaved: VecDeque::new(),
-            incomplete: false,
-            rotate_bytes,
-            status: JournalStatus { directory: shown, ..JournalStatus::default() },
+            files: StateFiles { directory, journal: None, watch: None },
+            keeper: JournalKeeper::new(shown, rotate_bytes),
         }
     }
 
-    /// Opens the journal; returns what it holds.
-    fn try_open(&mut self) -> Result<Vec<String>, OpenError> {
-        let Some(directory) = &self.directory else { return Ok(Vec::new()) };
-        let Opened { journal, records, damage } = Journal::open(directory)?;
-        for damage in &damage {
-            tracing::warn!("journal damaged, damaged records skipped: {damage}");
-        }
-        self.status.damaged = damage.len() as u64;
-        self.status.bytes = journal.bytes();
-        self.journal = Some(journal);
-        Ok(records)
+    fn store(&mut self, records: Vec<JournalRecord>, module: &ModuleName) -> ModuleStore {
+        let components = ComponentStore::restore(records, module, clock::unix_ns());
+        self.keeper.status.incarnation = components.incarnation();
+        ModuleStore::new(components, self.keeper.status.clone())
     }
 
-    /// What a journal holds that can be read but not written.
-    fn read_only(&mut self) -> Vec<String> {
-        let Some(directory) = &self.directory else { return Vec::new() };
-        let records = journal::read(directory).and_then(Iterator::collect::<Result<Vec<_>, _>>);
-        records.unwrap_or_else(|_| {
-            self.unread = true;
-            Vec::new()
-        })
-    }
-
-    /// Opens the journal that could not be opened at the start, unless it turns out to hold unknown
-    /// faults: their numbers must not be given again.
-    fn open_at_last(&mut self) -> Result<(), String> {
-        let records = self.try_open().map_err(|error| error.to_string())?;
-        if self.unread && !records.is_empty() {
-            self.journal = None;
-            let problem = "could not be read at startup; restart to load its faults";
-            return Err(problem.to_owned());
-        }
-        self.unread = false;
-        if self.watch_file.is_none() {
-            // How far an earlier process had watched is of no use any more.
-            self.open_watch_file();
-        }
-        Ok(())
-    }
-
-    /// Opens the file that says how far the module had watched.
-    fn open_watch_file(&mut self) -> Option<WatchedSteps> {
-        let directory = self.directory.clone()?;
-        match WatchFile::open(&directory) {
-            Ok((file, watch)) => {
-                self.watch_file = Some(file);
-                watch
-            }
-            Err(error) => {
-                self.tell_problem(&error);
-                None
-            }
-        }
-    }
-
-    /// Hands in that a process begins to write here: whether the disk takes anything shows before there is a fault.
+    /// Hands in that a process begins to write here.
     pub(crate) fn note_start(&self, store: &ModuleStore) {
-        store.record(JournalRecord::Start {
-            v: JOURNAL_VERSION,
-            software: env!("CARGO_PKG_VERSION").to_owned(),
-            time_unix_ns: clock::unix_ns(),
-            incarnation: self.status.incarnation,
-        });
+        store.record(self.keeper.start(clock::unix_ns()));
     }
 
     /// Writes until nothing more can come.
     pub(crate) fn run(mut self, store: &ModuleStore) {
-        while self.write_next(store, self.is_behind().then_some(RETRY)).is_some() {}
+        while self.write_next(store, self.keeper.retry()).is_some() {}
     }
 
     /// Writes what waits at present; returns whether the disk has it.
@@ -192,17 +201,9 @@ impl JournalWriter {
     }
 
     fn write_next(&mut self, store: &ModuleStore, retry: Option<Duration>) -> Option<bool> {
-        let (batch, snapshot) = store.take(retry, self.is_new_file_due())?;
-        self.status.lost += batch.dropped;
-        self.incomplete |= batch.dropped > 0;
-        let nothing_to_do = batch.records.is_empty() && self.is_up_to_date();
-        let durable = nothing_to_do || self.save(batch.records, snapshot);
-        if let Some(watch) = batch.watch.filter(|_| durable)
-            && let Err(error) = self.write_watch(watch)
-        {
-            tracing::debug!("watch file: {error}");
-        }
-        store.settle(durable, &self.status);
+        let batch = store.take(retry, |state, now| self.keeper.take(state, &self.files, now))?;
+        let durable = self.keeper.write(batch, &mut self.files);
+        store.settle(durable, &self.keeper.status);
         Some(durable)
     }
 
@@ -211,96 +212,6 @@ impl JournalWriter {
     /// # Errors
     /// It cannot be written.
     pub(super) fn write_watch(&mut self, watch: WatchedSteps) -> std::io::Result<()> {
-        let missing = std::io::ErrorKind::NotFound;
-        self.watch_file.as_mut().ok_or(missing)?.write(watch)
+        self.files.write_watch(watch).map_err(std::io::Error::other)
     }
-
-    /// Writes records and waits for the disk. Returns whether it has them; if not they are kept, and
-    /// tried again with the next ones. `snapshot`: the present state, with which a new file begins.
-    fn save(&mut self, records: Vec<JournalRecord>, snapshot: Option<Vec<JournalRecord>>) -> bool {
-        self.unsaved.extend(texts(records));
-        if self.directory.is_none() {
-            self.unsaved.clear();
-            return false;
-        }
-        let saved = self.flush(snapshot);
-        self.drop_oldest();
-        self.status.unsaved = self.unsaved.len() as u64;
-        saved
-    }
-
-    /// Is anything waiting for the disk?
-    fn is_behind(&self) -> bool {
-        self.directory.is_some() && (!self.unsaved.is_empty() || self.incomplete)
-    }
-
-    /// Has the disk everything that there is to be kept?
-    fn is_up_to_date(&self) -> bool {
-        self.directory.is_some() && !self.is_behind()
-    }
-
-    /// After a failure the kernel does not try again, so that only a new file is certain to be whole.
-    fn is_new_file_due(&self) -> bool {
-        self.incomplete || self.journal.as_ref().is_some_and(|j| j.bytes() > self.rotate_bytes)
-    }
-
-    fn flush(&mut self, snapshot: Option<Vec<JournalRecord>>) -> bool {
-        if self.journal.is_none()
-            && let Err(problem) = self.open_at_last()
-        {
-            self.tell_problem(&problem);
-        }
-        let Some(journal) = &mut self.journal else { return false };
-        let outcome = journal.append_all(&self.unsaved).and_then(|()| {
-            self.unsaved.clear();
-            self.incomplete = true;
-            match snapshot {
-                Some(snapshot) => journal.rotate(texts(snapshot)),
-                None => journal.sync(),
-            }
-        });
-        match outcome {
-            Ok(()) => {
-                self.incomplete = false;
-                let bytes = journal.bytes();
-                self.tell_success(bytes);
-                true
-            }
-            Err(error) => {
-                self.tell_problem(&error);
-                false
-            }
-        }
-    }
-
-    fn drop_oldest(&mut self) {
-        let excess = self.unsaved.len().saturating_sub(MAX_UNSAVED);
-        if excess > 0 {
-            self.unsaved.drain(..excess);
-            self.incomplete = true;
-            self.status.lost += excess as u64;
-        }
-    }
-
-    fn tell_problem(&mut self, problem: &dyn std::fmt::Display) {
-        let problem = problem.to_string();
-        if self.status.problem.as_ref() != Some(&problem) {
-            tracing::error!("journal: {problem}; diagnosis continues, faults are not saved");
-        }
-        self.status.problem = Some(problem);
-    }
-
-    fn tell_success(&mut self, bytes: u64) {
-        if self.status.problem.take().is_some() {
-            tracing::info!("journal: writing again");
-        }
-        self.status.bytes = bytes;
-    }
-}
-
-fn texts(records: Vec<JournalRecord>) -> Vec<String> {
-    let text = |record: JournalRecord| {
-        record.to_text().map_err(|error| tracing::error!("a record cannot be written: {error}"))
-    };
-    records.into_iter().filter_map(|record| text(record).ok()).collect()
 }

@@ -1,8 +1,7 @@
 //! Rate limiting of log messages: the first occurrence is logged at once, further ones once a minute with their count.
 
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
-
-use parking_lot::Mutex;
 
 /// Interval between log messages of one kind.
 const AGAIN: Duration = Duration::from_secs(60);
@@ -18,7 +17,7 @@ impl Occurrences {
     /// Counts an occurrence. If it is to be logged, returns the number since the latest log message, including this
     /// one.
     pub fn note(&self, now: Instant) -> Option<u64> {
-        let mut logged = self.logged.lock();
+        let mut logged = self.logged.lock().unwrap_or_else(PoisonError::into_inner);
         let (latest, since) = &mut *logged;
         *since += 1;
         if latest.is_some_and(|latest| now.saturating_duration_since(latest) < AGAIN) {
