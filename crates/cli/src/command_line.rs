@@ -6,7 +6,7 @@ use crate::failure::EXIT_CODES;
 use crate::{
     calibrate, certificates, check, commission, demo, detect, export, fault, faults, follow,
     generate, health, history, import, inject, join, learn, model, new, notify, order, record,
-    replay, replicate, router, schema, stroke, study, watch, web,
+    replay, replicate, router, schema, simulate, stroke, study, watch, web,
 };
 
 /// Distributed fault diagnosis of adaptive structures.
@@ -49,6 +49,7 @@ pub(crate) enum TopCommand {
     Demo(demo::Arguments),
     Inject(inject::Arguments),
     Stroke(stroke::Arguments),
+    Simulate(simulate::Arguments),
     Study(Box<study::Arguments>),
     Replay(Box<replay::Arguments>),
     Export(export::Arguments),
@@ -71,7 +72,7 @@ const GROUPS: [(&str, &[&str]); 4] = [
         ],
     ),
     ("Configure", &["new", "check", "model", "pki", "join", "replicate", "schema", "completions"]),
-    ("Simulate", &["demo", "inject", "stroke"]),
+    ("Simulate", &["demo", "inject", "stroke", "simulate"]),
     (
         "Analyse",
         &["replay", "export", "study", "import", "learn", "detect", "calibrate", "commission"],

@@ -40,6 +40,7 @@ mod replicate;
 mod router;
 mod schema;
 mod shipped;
+mod simulate;
 mod stroke;
 mod study;
 mod table;
@@ -89,6 +90,7 @@ pub fn run() -> ExitCode {
         TopCommand::History(arguments) => history::run(&arguments),
         TopCommand::Inject(arguments) => inject::run(&arguments),
         TopCommand::Stroke(arguments) => stroke::run(&arguments),
+        TopCommand::Simulate(arguments) => simulate::run(&arguments),
         TopCommand::Study(arguments) => study::run(&arguments),
         TopCommand::Replicate(arguments) => replicate::run(&arguments),
         TopCommand::Pki(arguments) => certificates::run(&arguments),

@@ -96,6 +96,7 @@ impl Diagnoser {
             changes: isolator.changes_as_of(from, as_of).collect(),
             actuator_faults: actuator_faults.collect(),
             alarms: ledger.alarms(run, as_of),
+            pending: ledger.pending(run, as_of),
             window: window.and_then(|length| self.channels.window_ended_at(length, as_of)).cloned(),
         }
     }

@@ -183,6 +183,17 @@ impl Ledger {
         self.entries.iter().filter_map(alarm).collect()
     }
 
+    /// The components with a change by a step that is not judged yet.
+    pub(crate) fn pending(&self, run: RunId, as_of: Step) -> Vec<Component> {
+        let is_pending = |entry: &&ComponentVerdict| {
+            let latest = entry.latest.as_ref();
+            let by_then = latest.is_some_and(|latest| FaultySince::of(latest, run).change <= as_of);
+            entry.verdict == Verdict::Tentative && by_then
+        };
+        let pending = self.entries.iter().filter(is_pending);
+        pending.map(|entry| entry.component.clone()).collect()
+    }
+
     /// Returns a component to normal, unless it is faulty, or this is a step before its change: after a restart, samples
     /// from before may be judged again.
     pub(crate) fn clear(&mut self, channel: usize, decided: Step) -> Option<Transition> {

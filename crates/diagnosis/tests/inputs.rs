@@ -97,6 +97,7 @@ fn answer() -> impl Strategy<Value = StateAnswer> {
                     watching_since,
                     changes,
                     actuator_faults,
+                    pending: alarms.iter().map(|alarm| alarm.component.clone()).collect(),
                     alarms,
                     // What was not asked for is not answered.
                     window: question.window.zip(means).map(|(length, (gages, cylinders))| {

@@ -4,7 +4,7 @@ use crate::fixture::{Bench, HOLD, WARM_UP, name};
 use diagnosis::{
     Action, Alarm, Change, Doubt, Event, PeerFailure, Rule, StateAnswer, StateQuestion, Verdict,
 };
-use vocabulary::Step;
+use vocabulary::{Component, Step};
 
 /// Shows, but is too small to be a root cause by its ratio as it leaves the interval.
 const BIAS_M: f64 = 14e-6;
@@ -14,6 +14,7 @@ const BIAS_M: f64 = 14e-6;
 struct Said {
     changes: Vec<Change>,
     alarms: Vec<Alarm>,
+    pending: Vec<Component>,
     watching_since: Option<Step>,
 }
 
@@ -26,6 +27,7 @@ impl Said {
         let changes = self.changes.iter().filter(asked).cloned().collect();
         let watching_since = self.watching_since.or(Some(Step(WARM_UP)));
         let (actuator_faults, alarms) = (Vec::new(), self.alarms.clone());
+        let pending = self.pending.clone();
         let (module, window) = (name("upper"), None);
         Event::Answered(StateAnswer {
             module,
@@ -34,6 +36,7 @@ impl Said {
             changes,
             actuator_faults,
             alarms,
+            pending,
             window,
         })
     }
@@ -101,6 +104,23 @@ fn who_raises_the_alarm_is_believed() {
         assert_eq!(bench.latched(), [""; 0], "{after}");
         assert_eq!(bench.diagnoser.counters().verdicts_disputed, 0);
     }
+}
+
+#[test]
+fn who_has_not_judged_yet_is_waited_for_but_not_forever() {
+    let pending = || vec!["actuator/a1".parse().unwrap()];
+    let (mut bench, mut said, step) = explained(50.0);
+    said.pending = pending();
+    go_on(&mut bench, &said, 8000);
+    assert_eq!(bench.verdict("sensor/g1").as_str(), "explained");
+    let component = "actuator/a1".parse().unwrap();
+    (said.pending, said.alarms) = (Vec::new(), vec![Alarm { component, step, faulty: true }]);
+    go_on(&mut bench, &said, 60_000);
+    assert_eq!(bench.verdict("sensor/g1"), Verdict::Normal);
+    let (mut bench, mut said, _) = explained(50.0);
+    said.pending = pending();
+    go_on(&mut bench, &said, 120_000);
+    assert_eq!(bench.latched(), ["sensor/g1"]);
 }
 
 #[test]

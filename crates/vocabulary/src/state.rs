@@ -69,6 +69,9 @@ pub struct StateAnswer {
     /// The components for which the module raises the alarm as of that step. A module whose component explains a
     /// change elsewhere is asked for it.
     pub alarms: Vec<Alarm>,
+    /// Components with a change by that step that is not judged yet.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pending: Vec<Component>,
     /// The means of the window that ended with that step, if they are wanted and there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub window: Option<WindowMeans>,

@@ -454,6 +454,7 @@ fn answers_orders_and_refusals_are_read_back() {
             step: Step(2),
             faulty: true,
         }],
+        pending: vec!["sensor/g2".parse().unwrap()],
         window: Some(WindowMeans {
             length: WindowLength::Long,
             until: Step(9),

@@ -109,7 +109,7 @@ pub(super) struct SystemArguments {
 
 /// How many cases run at a time.
 #[derive(Debug, Clone, Copy, Default, Args)]
-pub(super) struct JobsArguments {
+pub(crate) struct JobsArguments {
     /// Runs at a time; by default as many as there are processors
     #[arg(long, value_name = "J")]
     jobs: Option<NonZeroUsize>,
@@ -117,7 +117,7 @@ pub(super) struct JobsArguments {
 
 impl JobsArguments {
     /// Runs at a time.
-    pub(super) fn count(self) -> usize {
+    pub(crate) fn count(self) -> usize {
         let processors = std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
         self.jobs.map_or(processors, NonZeroUsize::get)
     }

@@ -64,7 +64,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 const ENDED_BY_SIGNAL: i32 = 130;
 
 /// A flag that the first SIGINT or SIGTERM sets: running cases finish. The second one ends the program at once.
-pub(super) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
+pub(crate) fn stop_on_signal() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         // In this order: the first signal must find the flag unset here and set it below.

@@ -7,8 +7,9 @@ mod files;
 mod recordings;
 mod systems;
 
-pub(crate) use arguments::Arguments;
 use arguments::StudyCommand;
+pub(crate) use arguments::{Arguments, JobsArguments};
+pub(crate) use conduct::stop_on_signal;
 
 use crate::failure::Failure;
 

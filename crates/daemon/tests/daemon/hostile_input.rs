@@ -416,6 +416,7 @@ async fn declare_a_liar(session: &Session) -> Queryable<()> {
             changes: if changed >= question.from { vec![change] } else { Vec::new() },
             actuator_faults: Vec::new(),
             alarms: Vec::new(),
+            pending: Vec::new(),
             window: None,
         };
         query.reply(key, vocabulary::encode(&answer).unwrap()).wait().unwrap();

@@ -10,6 +10,10 @@ use super::case::Case;
 /// every answer in which it does not raise the alarm it is asked after twice as long.
 const ASKED_TIMES: u32 = 4;
 
+/// How often it may say that its own change is not judged yet, since it waits for others, before that counts as no alarm.
+/// One that catches up passes seconds of steps before its questions time out.
+const PENDING_TIMES: u32 = 8;
+
 /// Most claims of one channel. What comes beyond rests on those that are open.
 const MAX_CLAIMS: usize = 8;
 
@@ -20,6 +24,8 @@ struct Claim {
     by: ComponentPath,
     since: Step,
     pauses: Backoff<u64>,
+    /// Until it is asked again that has not judged yet.
+    pending: Backoff<u64>,
     ask_at: Step,
 }
 
@@ -39,12 +45,14 @@ pub(crate) enum Word {
 pub(crate) struct Claims {
     open: Vec<Claim>,
     pauses: Backoff<u64>,
+    pending: Backoff<u64>,
 }
 
 impl Claims {
     /// The peer is asked for the first time after so many steps.
     pub(super) fn new(first: u64) -> Self {
-        Self { open: Vec::new(), pauses: Backoff::new(first, first << ASKED_TIMES) }
+        let pauses = Backoff::new(first, first << ASKED_TIMES);
+        Self { open: Vec::new(), pauses, pending: Backoff::new(first, first << PENDING_TIMES) }
     }
 
     pub(super) fn clear(&mut self) {
@@ -65,7 +73,8 @@ impl Claims {
         if !known && count < MAX_CLAIMS {
             let mut pauses = self.pauses;
             let ask_at = case.decide_at.plus(pauses.fail());
-            self.open.push(Claim { case, by, since, pauses, ask_at });
+            let pending = self.pending;
+            self.open.push(Claim { case, by, since, pauses, pending, ask_at });
         }
     }
 
@@ -109,7 +118,13 @@ impl Claim {
         if answer.watching_since.is_none_or(|since| since > self.since) {
             return Some(Word::Forgotten(self.by.module.clone()));
         }
-        self.ask_at = answer.question.as_of.plus(self.pauses.fail());
+        let as_of = answer.question.as_of;
+        let is_pending = answer.pending.contains(&self.by.component);
+        if is_pending && self.pending.failures() < PENDING_TIMES {
+            self.ask_at = as_of.plus(self.pending.fail());
+            return None;
+        }
+        self.ask_at = as_of.plus(self.pauses.fail());
         (self.pauses.failures() > ASKED_TIMES).then(|| Word::Broken(self.by.clone()))
     }
 }

@@ -250,6 +250,9 @@ impl PeerKnowledge {
         if answer.alarms.len() > MAX_CHANGES_IN_ANSWER {
             return malformed("too many alarms");
         }
+        if answer.pending.len() > MAX_CHANGES_IN_ANSWER {
+            return malformed("too many changes that are not judged");
+        }
         if answer.alarms.iter().any(|alarm| alarm.step > as_of) {
             return malformed("an alarm after the step asked for");
         }

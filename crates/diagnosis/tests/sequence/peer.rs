@@ -87,7 +87,16 @@ impl Peer {
         let of = |step, faulty| Alarm { component: "actuator/a1".parse().unwrap(), step, faulty };
         let faults = actuator_faults.iter().map(|fault| of(fault.step, true));
         let alarms = faults.chain([of(question.from, false)]).collect();
-        let (module, window) = (self.name.clone(), None);
-        StateAnswer { module, question, watching_since, changes, actuator_faults, alarms, window }
+        let (module, pending, window) = (self.name.clone(), Vec::new(), None);
+        StateAnswer {
+            module,
+            question,
+            watching_since,
+            changes,
+            actuator_faults,
+            alarms,
+            pending,
+            window,
+        }
     }
 }

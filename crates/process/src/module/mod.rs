@@ -240,6 +240,12 @@ impl<Q> ModuleProcess<Q> {
         &self.diagnoser
     }
 
+    /// Who speaks.
+    #[must_use]
+    pub fn speaker(&self) -> &Speaker {
+        &self.speaker
+    }
+
     /// The diagnoser, for what does not change its verdicts.
     pub fn diagnoser_mut(&mut self) -> &mut Diagnoser {
         &mut self.diagnoser

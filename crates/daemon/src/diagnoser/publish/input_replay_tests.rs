@@ -65,6 +65,7 @@ fn nothing_changed(question: StateQuestion) -> StateAnswer {
         changes: Vec::new(),
         actuator_faults: Vec::new(),
         alarms: Vec::new(),
+        pending: Vec::new(),
         window: None,
     }
 }

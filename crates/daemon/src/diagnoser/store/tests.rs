@@ -36,7 +36,9 @@ fn take(store: &ModuleStore, transition: FaultTransition) -> u64 {
     let ticket = state.writes.next_ticket();
     let transition = state.components.transition(transition, ticket);
     let record = JournalRecord::Transition(Box::new(transition));
-    state.writes.hand_in(Some(record), None, Instant::now())
+    let ticket = state.writes.hand_in(Some(record), None, Instant::now());
+    store.unlock(state);
+    ticket
 }
 
 fn identify(store: &ModuleStore, sequence: u64) {
@@ -58,6 +60,7 @@ fn identify(store: &ModuleStore, sequence: u64) {
     let found = state.components.identification(found).unwrap();
     let record = JournalRecord::Identification(Box::new(found));
     state.writes.hand_in(Some(record), None, Instant::now());
+    store.unlock(state);
 }
 
 fn save((writer, store): &mut (JournalWriter, ModuleStore), record: JournalRecord) -> bool {

@@ -1,0 +1,167 @@
+//! Many worlds: each seed once, what is wrong in it, and how it is made smaller.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+use serde::{Deserialize, Serialize};
+use study::parallel;
+use vocabulary::ComponentPath;
+
+use crate::coverage::Coverage;
+use crate::scenario::Scenario;
+use crate::setup::{Setup, SimulationError};
+use crate::world::{Outcome, World};
+
+/// Hours in a year.
+const HOURS_A_YEAR: f64 = 8766.0;
+/// Without an event in a time, its rate is below this over that time, with 95 % confidence (−ln 0.05).
+const NONE_95: f64 = 2.996;
+
+/// What a seed gave.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SeedResult {
+    /// Version of the format: 1.
+    pub v: u64,
+    /// The seed.
+    pub seed: u64,
+    /// What must never happen, and did.
+    pub violations: Vec<String>,
+    /// What must sometimes happen, and did.
+    pub reached: Coverage,
+    /// Hours that modules watched.
+    pub module_hours: f64,
+}
+
+/// What many seeds gave.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Version of the format: 1.
+    pub v: u64,
+    /// How many seeds.
+    pub seeds: u64,
+    /// How often something happened that must never happen.
+    pub violations: u64,
+    /// Hours that modules watched.
+    pub module_hours: f64,
+    /// What must sometimes happen, and did in no world.
+    pub unreached: Vec<&'static str>,
+    /// The seeds with violations, and what these are.
+    pub violated: BTreeMap<u64, Vec<String>>,
+}
+
+impl Summary {
+    /// Of these results, each seed once.
+    #[must_use]
+    pub fn of(results: &BTreeMap<u64, SeedResult>) -> Self {
+        let mut coverage = Coverage::default();
+        results.values().for_each(|result| coverage.merge(&result.reached));
+        let violated = results.values().filter(|result| !result.violations.is_empty());
+        let violated: BTreeMap<u64, Vec<String>> =
+            violated.map(|result| (result.seed, result.violations.clone())).collect();
+        Self {
+            v: 1,
+            seeds: results.len() as u64,
+            violations: violated.values().map(|violations| violations.len() as u64).sum(),
+            module_hours: results.values().map(|result| result.module_hours).sum(),
+            unreached: coverage.unreached().collect(),
+            violated,
+        }
+    }
+
+    /// What follows from it, in a sentence.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let years = self.module_hours / HOURS_A_YEAR;
+        let mut words = format!("{} worlds, {:.1} module-hours: ", self.seeds, self.module_hours);
+        // Writing to a string does not fail.
+        let _ = match (self.violations, years > 0.0) {
+            (0, true) => write!(
+                words,
+                "no violation; in a module-year of such worlds at most {:.3} (95 %)",
+                NONE_95 / years
+            ),
+            (0, false) => write!(words, "nothing was watched"),
+            (1, _) => write!(words, "1 violation"),
+            (many, _) => write!(words, "{many} violations in {} worlds", self.violated.len()),
+        };
+        words
+    }
+}
+
+/// Runs a scenario, and again without disturbances if it names other components than those that are faulty: then both must
+/// name the same.
+///
+/// # Errors
+/// The plant cannot be made.
+pub fn run(setup: &Setup, scenario: &Scenario, keep: bool) -> Result<Outcome, SimulationError> {
+    let mut outcome = World::new(setup, scenario, keep)?.run()?;
+    let valueless: BTreeSet<ComponentPath> = scenario.valueless(setup).collect();
+    let faulty = scenario.faults.iter().map(|fault| fault.component.clone());
+    let faulty: BTreeSet<_> = faulty.filter(|one| !valueless.contains(one)).collect();
+    let is_comparable = scenario.is_honest() && scenario.is_of_one_plant();
+    if outcome.named != faulty && !scenario.disturbances.is_empty() && is_comparable {
+        let undisturbed = World::new(setup, &scenario.undisturbed(), false)?.run()?;
+        let expected = undisturbed.named.difference(&valueless).cloned().collect();
+        if outcome.named != expected {
+            let list = |named: &BTreeSet<ComponentPath>| {
+                let named: Vec<String> = named.iter().map(ToString::to_string).collect();
+                if named.is_empty() { "none".to_owned() } else { named.join(", ") }
+            };
+            let (with, without) = (list(&outcome.named), list(&expected));
+            outcome.violations.push(format!("named: {with}; without disturbances: {without}"));
+        }
+    }
+    Ok(outcome)
+}
+
+/// Runs the worlds of seeds, `jobs` at a time, in any order. `done` is given each result; no more begin once `stop` is set.
+///
+/// # Errors
+/// A plant cannot be made, or `done` failed.
+pub fn run_all<E: From<SimulationError> + Send>(
+    setup: &Setup,
+    seeds: &[u64],
+    jobs: usize,
+    stop: &AtomicBool,
+    mut done: impl FnMut(SeedResult) -> Result<(), E> + Send,
+) -> Result<(), E> {
+    let one = |seed: &u64| {
+        let outcome = run(setup, &Scenario::draw(*seed, setup), false)?;
+        let Outcome { violations, coverage, module_hours, .. } = outcome;
+        Ok(SeedResult { v: 1, seed: *seed, violations, reached: coverage, module_hours })
+    };
+    parallel::for_each(seeds, jobs, stop, one, |_, result| done(result))
+}
+
+/// The seeds of a range that belong to a shard and have no result yet.
+#[must_use]
+pub fn missing(
+    seeds: Range<u64>,
+    shard: Option<study::Shard>,
+    results: &BTreeMap<u64, SeedResult>,
+) -> Vec<u64> {
+    let own = shard.map_or(0..seeds.end.saturating_sub(seeds.start), |shard| {
+        shard.cases(seeds.end.saturating_sub(seeds.start))
+    });
+    let own = own.map(|number| seeds.start + number);
+    own.filter(|seed| !results.contains_key(seed)).collect()
+}
+
+/// The smallest scenario found in which still something is wrong: one thing is left out after the other.
+///
+/// # Errors
+/// A plant cannot be made.
+pub fn shrink(setup: &Setup, scenario: &Scenario) -> Result<Scenario, SimulationError> {
+    let mut smallest = scenario.clone();
+    'smaller: loop {
+        for candidate in smallest.smaller() {
+            if !run(setup, &candidate, false)?.violations.is_empty() {
+                smallest = candidate;
+                continue 'smaller;
+            }
+        }
+        return Ok(smallest);
+    }
+}

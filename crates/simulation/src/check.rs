@@ -1,0 +1,165 @@
+//! What must never happen.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use process::JournalRecord;
+use study::TimedFault;
+use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleStatus, Symptom};
+
+use crate::scenario::Scenario;
+use crate::setup::Setup;
+
+/// More samples and questions do not wait.
+const MOST_WAITING: u64 = 4096;
+
+/// What is known of a module's transitions.
+#[derive(Debug, Default)]
+struct Numbering {
+    incarnation: u64,
+    latest: u64,
+    /// The highest number that the disk had.
+    durable: u64,
+}
+
+/// Watches a world.
+#[derive(Debug)]
+pub(crate) struct Watcher {
+    pub(crate) violations: Vec<String>,
+    faults: Vec<TimedFault>,
+    /// The gages that lose their values at some time, which is a fault.
+    valueless: BTreeSet<ComponentPath>,
+    is_honest: bool,
+    step_ns: u64,
+    numbering: Vec<Numbering>,
+    /// Of each module what was published as being on the disk, by its number.
+    durable: Vec<BTreeMap<(u64, u64), FaultTransition>>,
+    /// What each component is held for.
+    pub(crate) states: BTreeMap<ComponentPath, FaultState>,
+    /// Those that were faulty and were reset.
+    pub(crate) reset: BTreeSet<ComponentPath>,
+}
+
+impl Watcher {
+    pub(crate) fn new(setup: &Setup, scenario: &Scenario) -> Self {
+        let modules = setup.modules.len();
+        Self {
+            violations: Vec::new(),
+            faults: scenario.faults.clone(),
+            valueless: scenario.valueless(setup).collect(),
+            is_honest: scenario.is_honest(),
+            step_ns: setup.step_ns(),
+            numbering: (0..modules).map(|_| Numbering::default()).collect(),
+            durable: vec![BTreeMap::new(); modules],
+            states: BTreeMap::new(),
+            reset: BTreeSet::new(),
+        }
+    }
+
+    pub(crate) fn violated(&mut self, now_ns: u64, what: impl std::fmt::Display) {
+        self.violations.push(format!("{:.3} s: {what}", now_ns as f64 / 1e9));
+    }
+
+    /// Returns whether its number was given before, to one that no disk had.
+    pub(crate) fn transition(
+        &mut self,
+        now_ns: u64,
+        of: usize,
+        transition: &FaultTransition,
+    ) -> bool {
+        let component = &transition.component;
+        let state = transition.state();
+        let before = self.states.insert(component.clone(), state).unwrap_or(FaultState::Normal);
+        // No healthy component is latched.
+        let began = |fault: &TimedFault| {
+            fault.component == *component && fault.at.0 * self.step_ns <= now_ns
+        };
+        let is_valueless =
+            transition.symptom == Symptom::NoSignal && self.valueless.contains(component);
+        let is_faulty = is_valueless || self.faults.iter().any(began);
+        if state == FaultState::Latched && self.is_honest && !is_faulty {
+            self.violated(now_ns, format_args!("{component} is healthy, and latched"));
+        }
+        // A fault stays until it is reset.
+        if before.is_fault() && !state.is_fault() {
+            if transition.order.is_some() {
+                self.reset.insert(component.clone());
+            } else {
+                self.violated(now_ns, format_args!("{component} was {before}, and is {state}"));
+            }
+        }
+        // Numbers have no gap and no number is given twice.
+        let numbering = &mut self.numbering[of];
+        let (incarnation, sequence) = (transition.incarnation, transition.sequence);
+        if incarnation != numbering.incarnation {
+            *numbering = Numbering { incarnation, ..Numbering::default() };
+        }
+        let follows = sequence == numbering.latest + 1;
+        // A number that no disk had may be given again.
+        let again = sequence <= numbering.latest && sequence == numbering.durable + 1;
+        let (latest, durable) = (numbering.latest, numbering.durable);
+        numbering.latest = sequence;
+        if transition.durable {
+            numbering.durable = sequence;
+        }
+        if !follows && !again {
+            let what = format!("{component}: number {sequence} after {latest} ({durable} on disk)");
+            self.violated(now_ns, what);
+        }
+        if transition.durable {
+            self.durable[of].insert((incarnation, sequence), transition.clone());
+        }
+        again && !follows
+    }
+
+    pub(crate) fn status(&mut self, now_ns: u64, status: &ModuleStatus) {
+        for (what, count) in
+            [("samples", status.queued_samples), ("questions", status.waiting_questions)]
+        {
+            if count > MOST_WAITING {
+                self.violated(now_ns, format_args!("{}: {count} {what} wait", status.module));
+            }
+        }
+    }
+
+    /// After a process ended at once, the journal has what was published as being on the disk, unless newer files need it
+    /// no more.
+    pub(crate) fn killed(&mut self, now_ns: u64, of: usize, records: &[String]) {
+        let read = records.iter().filter_map(|text| JournalRecord::from_text(text));
+        let kept = read.filter_map(|record| match record {
+            JournalRecord::Transition(one) => {
+                Some((one.component.clone(), (one.incarnation, one.sequence)))
+            }
+            _ => None,
+        });
+        let mut latest: BTreeMap<ComponentPath, (u64, u64)> = BTreeMap::new();
+        for (component, number) in kept {
+            let known = latest.entry(component).or_insert(number);
+            *known = (*known).max(number);
+        }
+        let published = self.durable[of].iter().map(|(number, one)| (&one.component, *number));
+        let lost = published.filter(|(component, number)| {
+            latest.get(*component).is_none_or(|known| known < number)
+        });
+        let lost: Vec<String> =
+            lost.map(|(component, number)| format!("{component}, number {}", number.1)).collect();
+        if !lost.is_empty() {
+            self.violated(now_ns, format_args!("published as on disk, and not there: {lost:?}"));
+        }
+    }
+
+    /// What is held for faulty, or was until it was reset; without gages that lose their values.
+    pub(crate) fn named(&self) -> BTreeSet<ComponentPath> {
+        let standing = self.states.iter().filter(|(_, state)| state.is_fault());
+        let named = standing.map(|(component, _)| component.clone()).chain(self.reset.clone());
+        named.filter(|component| !self.valueless.contains(component)).collect()
+    }
+
+    /// What the modules know at the end is what they published.
+    pub(crate) fn knows(&mut self, now_ns: u64, component: &ComponentPath, state: FaultState) {
+        let published = self.states.get(component).copied().unwrap_or(FaultState::Normal);
+        if published != state {
+            let what = format!("{component} is {state} in the store, and {published} as published");
+            self.violated(now_ns, what);
+        }
+    }
+}
