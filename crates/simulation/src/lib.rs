@@ -8,6 +8,7 @@
 //! | `scenario` | what happens in a world, drawn from its seed |
 //! | `world` | the queue of what happens, and what carries out effects |
 //! | `module`, `disk` | a module's computer |
+//! | `view` | a view that watches from outside |
 //! | `check` | what must never happen |
 //! | `coverage`, `notes` | what must sometimes happen |
 //! | `trace`, `story` | what happened, in words and as a picture |
@@ -26,6 +27,7 @@ mod scenario;
 mod setup;
 mod story;
 mod trace;
+mod view;
 mod world;
 
 pub use campaign::{SeedResult, Summary, missing, run, run_all, shrink};

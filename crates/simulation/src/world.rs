@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use diagnosis::identification::{IdentificationResult, identify};
 use diagnosis::{Event, Measurements, PeerFailure};
+use observer::feed::{Incoming, ModuleAnswer, ModuleKey, ModuleQuery};
 use plant::Plant;
 use process::{
     Context, Effect, Now, Outgoing, PublisherId, ReceivedSample, Routine, SampleSource,
@@ -24,11 +25,12 @@ use crate::module::{Computer, QueryId, Reception, RunningProcess};
 use crate::scenario::{DisturbanceKind, END, Scenario};
 use crate::setup::{Setup, SimulationError};
 use crate::trace::Trace;
+use crate::view::View;
 
-const MS: u64 = 1_000_000;
-const SECOND: u64 = 1_000 * MS;
+pub(crate) const MS: u64 = 1_000_000;
+pub(crate) const SECOND: u64 = 1_000 * MS;
 /// The system clocks at the beginning \[ns since 1970\].
-const BEGIN_UNIX_NS: u64 = 1_800_000_000 * SECOND;
+pub(crate) const BEGIN_UNIX_NS: u64 = 1_800_000_000 * SECOND;
 /// A message takes so long \[ns\].
 const HOP: std::ops::Range<u64> = 100_000..600_000;
 /// A disk takes so long \[ns\].
@@ -45,30 +47,89 @@ const IDENTIFYING: u64 = 8 * MS;
 
 /// What happens.
 #[derive(Debug)]
-enum Happening {
+pub(crate) enum Happening {
     Measure,
-    Sample { to: usize, source: SampleSource, sample: Measurements, published_unix_ns: u64 },
-    Tick { of: usize, life: u64 },
-    PauseEnds { of: usize, life: u64 },
-    DiskWakes { of: usize, life: u64 },
-    DiskAnswers { of: usize, life: u64 },
-    OutletWakes { of: usize, life: u64 },
-    Identified { of: usize, life: u64, found: Box<IdentificationResult> },
-    Fetch { of: usize, life: u64, question: SampleQuestion, until: u64 },
-    Asked { to: usize, query: QueryId, question: StateQuestion },
-    Ordered { to: usize, query: QueryId, order: usize },
-    Replied { query: QueryId, reply: Reply },
-    TimedOut { query: QueryId },
-    PeerReturned { to: usize, life: u64, peer: usize },
+    Sample {
+        to: usize,
+        source: SampleSource,
+        sample: Measurements,
+        published_unix_ns: u64,
+    },
+    Tick {
+        of: usize,
+        life: u64,
+    },
+    PauseEnds {
+        of: usize,
+        life: u64,
+    },
+    DiskWakes {
+        of: usize,
+        life: u64,
+    },
+    DiskAnswers {
+        of: usize,
+        life: u64,
+    },
+    OutletWakes {
+        of: usize,
+        life: u64,
+    },
+    Identified {
+        of: usize,
+        life: u64,
+        found: Box<IdentificationResult>,
+    },
+    Fetch {
+        of: usize,
+        life: u64,
+        question: SampleQuestion,
+        until: u64,
+    },
+    Asked {
+        to: usize,
+        query: QueryId,
+        question: StateQuestion,
+    },
+    Ordered {
+        to: usize,
+        query: QueryId,
+        order: usize,
+    },
+    Replied {
+        query: QueryId,
+        reply: Reply,
+    },
+    TimedOut {
+        query: QueryId,
+    },
+    PeerReturned {
+        to: usize,
+        life: u64,
+        peer: usize,
+    },
     Begins(usize),
     Ends(usize),
     Orders(usize),
-    Starts { of: usize },
+    Starts {
+        of: usize,
+    },
+    ViewOpens,
+    ViewLooks,
+    ViewAsksStates,
+    ViewHears(Box<Incoming>),
+    ViewAsked {
+        of: usize,
+        key: ModuleKey,
+        query: ModuleQuery,
+    },
+    /// With whether it ends a question to one module.
+    ViewAnswered(Box<ModuleAnswer>, bool),
 }
 
 /// How a query ends.
 #[derive(Debug, Clone)]
-enum Reply {
+pub(crate) enum Reply {
     Answer(Box<StateAnswer>),
     Refused(String),
     Obeyed(FaultState),
@@ -124,6 +185,7 @@ pub struct World<'a> {
     trace: Trace,
     pub(crate) coverage: Coverage,
     pub(crate) watcher: Watcher,
+    pub(crate) view: View,
 }
 
 impl<'a> World<'a> {
@@ -157,6 +219,7 @@ impl<'a> World<'a> {
             trace: Trace::new(keep),
             coverage: Coverage::default(),
             watcher: Watcher::new(setup, scenario),
+            view: View::default(),
         };
         for place in 0..modules {
             world.at(0, Happening::Starts { of: place });
@@ -169,6 +232,7 @@ impl<'a> World<'a> {
         for (place, order) in scenario.orders.iter().enumerate() {
             world.at(order.at_ms * MS, Happening::Orders(place));
         }
+        world.open_view();
         world.note_faults();
         Ok(world)
     }
@@ -193,20 +257,20 @@ impl<'a> World<'a> {
         Ok(Outcome { violations: watcher.violations, coverage, trace, named, module_hours })
     }
 
-    fn at(&mut self, time: u64, happening: Happening) {
+    pub(crate) fn at(&mut self, time: u64, happening: Happening) {
         self.number += 1;
         self.queue.insert((time, self.number), happening);
     }
 
-    fn after(&mut self, ns: u64, happening: Happening) {
+    pub(crate) fn after(&mut self, ns: u64, happening: Happening) {
         self.at(self.now + ns, happening);
     }
 
-    fn instant(&self, time: u64) -> Instant {
+    pub(crate) fn instant(&self, time: u64) -> Instant {
         self.origin + Duration::from_nanos(time)
     }
 
-    fn clocks(&self, of: usize) -> Now {
+    pub(crate) fn clocks(&self, of: usize) -> Now {
         let unix_ns = (BEGIN_UNIX_NS + self.now).saturating_add_signed(self.computers[of].clock_ns);
         Now { at: self.instant(self.now), unix_ns }
     }
@@ -232,6 +296,7 @@ impl<'a> World<'a> {
             | Happening::PeerReturned { to: of, life, .. } => Some((*of, Some(*life))),
             Happening::Sample { to, .. }
             | Happening::Asked { to, .. }
+            | Happening::ViewAsked { of: to, .. }
             | Happening::Ordered { to, .. } => Some((*to, None)),
             _ => None,
         }
@@ -275,6 +340,12 @@ impl<'a> World<'a> {
             Happening::Ends(place) => self.finish(place),
             Happening::Orders(place) => self.order(place),
             Happening::Starts { of } => self.start(of)?,
+            Happening::ViewOpens => self.view_opens(),
+            Happening::ViewLooks => self.view_looks(),
+            Happening::ViewAsksStates => self.view_asks_states(),
+            Happening::ViewHears(incoming) => self.view_hears(*incoming),
+            Happening::ViewAsked { of, key, query } => self.view_asked(of, key, query),
+            Happening::ViewAnswered(answer, is_one) => self.view_answered(*answer, is_one),
         }
         Ok(())
     }
@@ -351,7 +422,7 @@ impl<'a> World<'a> {
     }
 
     /// How long a message takes, if it arrives. Outside of modules are the publisher, operators and views.
-    fn way(&mut self, from: Option<usize>, to: Option<usize>) -> Option<u64> {
+    pub(crate) fn way(&mut self, from: Option<usize>, to: Option<usize>) -> Option<u64> {
         let mut delay = self.draw.random_range(HOP);
         for one in &self.active {
             match *one {
@@ -387,6 +458,7 @@ impl<'a> World<'a> {
         if life > 1 {
             self.note_restart(of);
         }
+        self.tell_presence(of, true);
         self.after(0, Happening::Tick { of, life });
         self.after(0, Happening::DiskWakes { of, life });
         for peer in (0..self.computers.len()).filter(|peer| *peer != of && life > 1) {
@@ -550,6 +622,7 @@ impl<'a> World<'a> {
             self.coverage.reach("a module stale");
         }
         self.watcher.status(self.now, &status);
+        self.tell_view(of, Incoming::Status(Box::new(status)));
     }
 
     // What goes out of it.
@@ -590,6 +663,7 @@ impl<'a> World<'a> {
                 let line = format_args!("{component}: {words}, number {number}{durable}");
                 self.trace.note(self.now, line);
                 self.note_transition(of, &transition);
+                self.tell_view(of, Incoming::Transition(transition.clone()));
                 if self.watcher.transition(self.now, of, &transition) {
                     self.coverage.reach("a number given again after a loss of power");
                 }
@@ -598,6 +672,7 @@ impl<'a> World<'a> {
                 let (module, phase) = (&change.module, change.phase);
                 let line = format_args!("{module}: {}: {}", phase.as_str(), change.reason);
                 self.trace.note(self.now, line);
+                self.tell_view(of, Incoming::Phase((*change).clone()));
                 if phase == ModulePhase::InService && change.before == Some(ModulePhase::Stale) {
                     self.coverage.reach("a module in service again");
                 }
@@ -607,6 +682,7 @@ impl<'a> World<'a> {
             }
             Outgoing::Identification(found) => {
                 self.coverage.reach("a fault identified");
+                self.tell_view(of, Incoming::Identification(found.clone()));
                 if found.decided {
                     self.coverage.reach("an identification decided");
                 }
@@ -979,6 +1055,7 @@ impl<'a> World<'a> {
 
     fn kill(&mut self, of: usize, power: bool) {
         self.note_kill(of, power);
+        self.tell_presence(of, false);
         let is_full = self.active.contains(&DisturbanceKind::FullDisk(of));
         // The kernel may have what the disk was writing.
         let kernel_has = self.draw.random_bool(0.5);
@@ -1042,6 +1119,7 @@ impl<'a> World<'a> {
                 self.watcher.knows(self.now, &component, state);
             }
         }
+        self.check_view();
     }
 }
 
