@@ -128,7 +128,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn conclude(results: &BTreeMap<u64, SeedResult>, json: bool) -> Result<(), Failure> {
     let summary = Summary::of(results);
     if json {
-        writeln!(output::stdout(), "{}", serde_json::to_string(&summary)?)?;
+        output::print(&output::text(&summary)?)?;
     } else {
         let mut out = output::stdout();
         for (seed, violations) in &summary.violated {
@@ -167,9 +167,14 @@ fn show(setup: &Setup, seed: u64, arguments: &Arguments) -> Result<(), Failure> 
     if outcome.violations.is_empty() { Ok(()) } else { Err(Failure::reported()) }
 }
 
+/// Opens a file of results to add to it; what a killed process wrote of a last line is removed.
 fn open(path: &Path) -> Result<File, Failure> {
-    let opened = OpenOptions::new().create(true).append(true).open(path);
-    opened.map_err(|error| Failure::unwritable(path, error))
+    let unwritable = |error| Failure::unwritable(path, error);
+    let text = fs::read(path).unwrap_or_default();
+    let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
+    let file = OpenOptions::new().create(true).append(true).open(path).map_err(unwritable)?;
+    file.set_len(whole as u64).map_err(unwritable)?;
+    Ok(file)
 }
 
 /// The results in a file. The last line may be torn; its seed is run again.

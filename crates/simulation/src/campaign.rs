@@ -37,8 +37,6 @@ pub struct SeedResult {
 /// What many seeds gave.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Version of the format: 1.
-    pub v: u64,
     /// How many seeds.
     pub seeds: u64,
     /// How often something happened that must never happen.
@@ -61,7 +59,6 @@ impl Summary {
         let violated: BTreeMap<u64, Vec<String>> =
             violated.map(|result| (result.seed, result.violations.clone())).collect();
         Self {
-            v: 1,
             seeds: results.len() as u64,
             violations: violated.values().map(|violations| violations.len() as u64).sum(),
             module_hours: results.values().map(|result| result.module_hours).sum(),

@@ -4,11 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use process::JournalRecord;
 use study::TimedFault;
-use vocabulary::{ComponentPath, FaultState, FaultTransition, ModuleStatus, Symptom};
+use vocabulary::{
+    ComponentPath, Doubt, FaultState, FaultTransition, ModuleName, ModuleStatus, Symptom,
+};
 
 use crate::scenario::Scenario;
 use crate::setup::Setup;
 
+/// The top is never farther than this from that of the same plant without faults \[m\].
+const MOST_DRIFT_M: f64 = 0.01;
 /// More samples and questions do not wait.
 const MOST_WAITING: u64 = 4096;
 
@@ -25,6 +29,7 @@ struct Numbering {
 #[derive(Debug)]
 pub(crate) struct Watcher {
     pub(crate) violations: Vec<String>,
+    modules: Vec<ModuleName>,
     faults: Vec<TimedFault>,
     /// The gages that lose their values at some time, which is a fault.
     valueless: BTreeSet<ComponentPath>,
@@ -37,6 +42,10 @@ pub(crate) struct Watcher {
     pub(crate) states: BTreeMap<ComponentPath, FaultState>,
     /// Those that were faulty and were reset.
     pub(crate) reset: BTreeSet<ComponentPath>,
+    /// The cylinders that were ever shut off.
+    pub(crate) shut_off: BTreeSet<ComponentPath>,
+    /// How far the top was at most from that of the same plant without faults \[m\].
+    largest_drift_m: f64,
 }
 
 impl Watcher {
@@ -44,6 +53,7 @@ impl Watcher {
         let modules = setup.modules.len();
         Self {
             violations: Vec::new(),
+            modules: setup.module_names().cloned().collect(),
             faults: scenario.faults.clone(),
             valueless: scenario.valueless(setup).collect(),
             is_honest: scenario.is_honest(),
@@ -52,6 +62,8 @@ impl Watcher {
             durable: vec![BTreeMap::new(); modules],
             states: BTreeMap::new(),
             reset: BTreeSet::new(),
+            shut_off: BTreeSet::new(),
+            largest_drift_m: 0.0,
         }
     }
 
@@ -125,26 +137,32 @@ impl Watcher {
     /// no more.
     pub(crate) fn killed(&mut self, now_ns: u64, of: usize, records: &[String]) {
         let read = records.iter().filter_map(|text| JournalRecord::from_text(text));
-        let kept = read.filter_map(|record| match record {
-            JournalRecord::Transition(one) => {
-                Some((one.component.clone(), (one.incarnation, one.sequence)))
+        let mut latest: BTreeMap<ComponentPath, FaultTransition> = BTreeMap::new();
+        for record in read {
+            let JournalRecord::Transition(one) = record else { continue };
+            let known = latest.entry(one.component.clone()).or_insert_with(|| (*one).clone());
+            if known.place() < one.place() {
+                *known = *one;
             }
-            _ => None,
-        });
-        let mut latest: BTreeMap<ComponentPath, (u64, u64)> = BTreeMap::new();
-        for (component, number) in kept {
-            let known = latest.entry(component).or_insert(number);
-            *known = (*known).max(number);
         }
         let published = self.durable[of].iter().map(|(number, one)| (&one.component, *number));
         let lost = published.filter(|(component, number)| {
-            latest.get(*component).is_none_or(|known| known < number)
+            latest.get(*component).is_none_or(|known| known.place() < *number)
         });
         let lost: Vec<String> =
             lost.map(|(component, number)| format!("{component}, number {}", number.1)).collect();
+        self.forget(of, &latest);
         if !lost.is_empty() {
             self.violated(now_ns, format_args!("published as on disk, and not there: {lost:?}"));
         }
+    }
+
+    /// What no disk had is forgotten with the process.
+    fn forget(&mut self, of: usize, kept: &BTreeMap<ComponentPath, FaultTransition>) {
+        let Some(module) = self.modules.get(of) else { return };
+        self.states.retain(|component, _| component.module != *module);
+        let kept = kept.iter().map(|(component, one)| (component.clone(), one.state()));
+        self.states.extend(kept);
     }
 
     /// What is held for faulty, or was until it was reset; without gages that lose their values.
@@ -154,8 +172,32 @@ impl Watcher {
         named.filter(|component| !self.valueless.contains(component)).collect()
     }
 
-    /// What the modules know at the end is what they published.
-    pub(crate) fn knows(&mut self, now_ns: u64, component: &ComponentPath, state: FaultState) {
+    /// The top is so far from that of the same plant without faults.
+    pub(crate) fn drift(&mut self, now_ns: u64, drift_m: f64) {
+        if drift_m > MOST_DRIFT_M && self.largest_drift_m <= MOST_DRIFT_M {
+            self.violated(now_ns, format_args!("the top is {drift_m:.3} m from where it would be"));
+        }
+        self.largest_drift_m = self.largest_drift_m.max(drift_m);
+    }
+
+    /// No cylinder was shut off without a verdict against it.
+    pub(crate) fn check_shut_off(&mut self, now_ns: u64) {
+        let named = self.named();
+        for cylinder in self.shut_off.clone() {
+            if !named.contains(&cylinder) {
+                self.violated(now_ns, format_args!("{cylinder} was shut off, and never named"));
+            }
+        }
+    }
+
+    /// What the modules know at the end is what they published, and is decided.
+    pub(crate) fn knows(&mut self, now_ns: u64, latest: &FaultTransition) {
+        let (component, state) = (&latest.component, latest.verdict.state());
+        // A peer that did not watch at the time will never know.
+        let waits = matches!(latest.verdict.doubt(), Some(Doubt::Silent(_)));
+        if (waits || state == FaultState::Tentative) && self.is_honest {
+            self.violated(now_ns, format_args!("{component} is still {state}"));
+        }
         let published = self.states.get(component).copied().unwrap_or(FaultState::Normal);
         if published != state {
             let what = format!("{component} is {state} in the store, and {published} as published");

@@ -7,8 +7,8 @@ use diagnosis::messages::Speaker;
 use diagnosis::{Diagnoser, SetupError};
 use process::{
     Arbitration, ComponentStore, JournalKeeper, JournalRecord, ModuleProcess, Now, PeerTimeouts,
-    PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals, SampleSource, StoreState,
-    Surroundings, WriteBatch,
+    PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals, SampleSource, ShutOffInterlock,
+    StoreState, Surroundings, WriteBatch,
 };
 use vocabulary::{CylinderCapability, ModuleName, Topic};
 
@@ -20,7 +20,10 @@ pub(crate) type QueryId = u64;
 
 const ROTATE_BYTES: u64 = 40_000;
 const FIRST_TIMEOUT: Duration = Duration::from_millis(300);
-const INCUMBENT: Duration = Duration::from_millis(200);
+/// Cylinders that may be shut off at a time, and how long what a peer says of its own counts.
+pub(crate) const MOST_SHUT_OFF: u64 = 1;
+const FRESH: Duration = Duration::from_secs(5);
+pub(crate) const INCUMBENT: Duration = Duration::from_millis(200);
 
 /// A module's computer.
 #[derive(Debug)]
@@ -46,6 +49,10 @@ pub(crate) struct RunningProcess {
     arbiter: PublisherArbiter,
     pub(crate) inbox: VecDeque<ReceivedSample>,
     pub(crate) overflown: bool,
+    /// When a sample of each publisher arrived last, by its run \[ns\].
+    pub(crate) heard: [Option<u64>; 2],
+    /// Samples were dropped, or asked for in vain.
+    pub(crate) may_miss_samples: bool,
     /// Events on their way out.
     pub(crate) outlet: VecDeque<QueuedEvent<QueryId>>,
     /// What the disk is writing.
@@ -58,9 +65,13 @@ pub(crate) struct RunningProcess {
 }
 
 /// What the decisions read beside.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Around {
-    pub(crate) refusals: RecentRefusals,
+    refusals: RecentRefusals,
+    /// What peers say of their cylinders.
+    pub(crate) interlock: ShutOffInterlock,
+    /// The controller wants what gages should read.
+    pub(crate) corrects: bool,
 }
 
 impl Surroundings for Around {
@@ -68,16 +79,16 @@ impl Surroundings for Around {
         self.refusals.clone()
     }
 
-    fn may_shut_off(&self, _: &[CylinderCapability], _: Instant) -> Result<(), String> {
-        Err("no cylinder may be shut off".to_owned())
+    fn may_shut_off(&self, own: &[CylinderCapability], now: Instant) -> Result<(), String> {
+        self.interlock.check(own, now)
     }
 
     fn why_silent(&self, _: &ModuleName) -> String {
         "no answer in time".to_owned()
     }
 
-    fn is_subscribed(&self, _: &Topic) -> bool {
-        false
+    fn is_subscribed(&self, topic: &Topic) -> bool {
+        *topic == Topic::Corrected && self.corrects
     }
 }
 
@@ -130,11 +141,17 @@ impl Computer {
             arbiter: PublisherArbiter::new(INCUMBENT, known.settings.sample_queue),
             inbox: VecDeque::new(),
             overflown: false,
+            heard: [None; 2],
+            may_miss_samples: false,
             outlet: VecDeque::new(),
             writing: None,
             retry_at: None,
             pause_ends: None,
-            around: Around::default(),
+            around: Around {
+                refusals: RecentRefusals::default(),
+                interlock: ShutOffInterlock::new(MOST_SHUT_OFF, FRESH, &known.setup.peers),
+                corrects: false,
+            },
         });
         Ok(())
     }

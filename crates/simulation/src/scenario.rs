@@ -11,11 +11,13 @@ use crate::setup::Setup;
 
 /// The times of a world \[ms\]: disturbances begin, faults begin, and the last disturbance is over.
 const DISTURBED_FROM: u64 = 1_000;
-const FAULTY_FROM: u64 = 9_000;
-const FAULTY_UNTIL: u64 = 20_000;
-pub(crate) const CALM_FROM: u64 = 24_000;
+const FAULTY_FROM: u64 = 5_000;
+const FAULTY_UNTIL: u64 = 12_000;
+const CALM_FROM: u64 = 15_000;
+/// The last order is given before this \[ms\].
+const ORDERED_UNTIL: u64 = 28_000;
 /// By the end everything has to be as if nothing but the faults had happened \[ms\].
-pub(crate) const END: u64 = 48_000;
+pub(crate) const END: u64 = 32_000;
 /// Biases \[m/m\], far above the smallest that is isolated.
 const BIAS_STRAIN: [f64; 2] = [120e-6, 250e-6];
 
@@ -125,8 +127,8 @@ impl DisturbanceKind {
     }
 
     /// Every kind once, with what is drawn for it.
-    fn drawn(draw: &mut ChaCha8Rng, modules: usize) -> [Self; 19] {
-        let module = draw.random_range(0..modules);
+    fn drawn(draw: &mut ChaCha8Rng, modules: &[usize]) -> [Self; 19] {
+        let module = modules[draw.random_range(0..modules.len())];
         [
             Self::Kill(module),
             Self::PowerLoss(module),
@@ -183,14 +185,20 @@ impl Scenario {
         let mut draw = ChaCha8Rng::seed_from_u64(seed);
         let faults = faults(&mut draw, setup);
         let orders = orders(&mut draw, &faults);
-        let modules = setup.modules.len();
-        let kinds = DisturbanceKind::drawn(&mut draw, modules);
+        // In every second world all that concerns one module concerns the same one: what is rare alone is rarer together.
+        let mut modules: Vec<usize> = (0..setup.modules.len()).collect();
+        if draw.random_bool(0.5) {
+            let faulty = faults.first().map(|fault| &fault.component.module);
+            let faulty = setup.module_names().position(|name| Some(name) == faulty);
+            modules = vec![faulty.unwrap_or_else(|| draw.random_range(0..modules.len()))];
+        }
+        let kinds = DisturbanceKind::drawn(&mut draw, &modules);
         let share = [0.0, 0.1, 0.2, 0.5][draw.random_range(0..4)];
         let is_on: Vec<bool> = kinds.iter().map(|_| draw.random_bool(share)).collect();
         let mut disturbances = Vec::new();
         for (place, _) in is_on.iter().enumerate().filter(|(_, is_on)| **is_on) {
             for _ in 0..draw.random_range(1..=3) {
-                let what = DisturbanceKind::drawn(&mut draw, modules)[place];
+                let what = DisturbanceKind::drawn(&mut draw, &modules)[place];
                 let from_ms = draw.random_range(DISTURBED_FROM..CALM_FROM - 1000);
                 let longest = (CALM_FROM - from_ms).min(8_000);
                 let until_ms = from_ms + draw.random_range(200..=longest);
@@ -299,6 +307,7 @@ fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault]) -> Vec<TimedOrder> {
         OrderKind::Acknowledge,
         OrderKind::Acknowledge,
         OrderKind::Reset,
+        OrderKind::Reset,
         OrderKind::Shelve,
         OrderKind::Unshelve,
     ];
@@ -307,7 +316,7 @@ fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault]) -> Vec<TimedOrder> {
     }
     for _ in 0..draw.random_range(1..6) {
         orders.push(TimedOrder {
-            at_ms: draw.random_range(FAULTY_FROM..CALM_FROM),
+            at_ms: draw.random_range(FAULTY_FROM..ORDERED_UNTIL),
             kind: kinds[draw.random_range(0..kinds.len())],
             component: faults[draw.random_range(0..faults.len())].component.clone(),
         });

@@ -87,6 +87,15 @@ impl Setup {
         Ok(Self { structure, name, modules, site })
     }
 
+    /// The same with thresholds this many times as high.
+    #[must_use]
+    pub fn with_thresholds(mut self, times: f64) -> Self {
+        for module in &mut self.modules {
+            module.setup.thresholds.iter_mut().for_each(|threshold| *threshold *= times);
+        }
+        self
+    }
+
     /// The length of a step \[ns\].
     pub(crate) fn step_ns(&self) -> u64 {
         (1e9 * STEP_S) as u64
@@ -128,7 +137,7 @@ impl SimulatedModule {
             stale_after: Duration::from_millis(500),
             resync_after: Duration::from_millis(1000),
             recover_steps: 8192,
-            sample_queue: 1024,
+            sample_queue: 2048,
             hold: Duration::from_millis(1000),
             pause: Duration::from_millis(50),
             divergence_every_steps: 100,
@@ -137,7 +146,7 @@ impl SimulatedModule {
             thresholds: "simulation".to_owned(),
             reference: setup.reference.as_ref().map(|_| "simulation".to_owned()),
             tie_steps: setup.isolation.tie_steps,
-            shuts_off_by_itself: false,
+            shuts_off_by_itself: true,
         };
         Self { setup, settings }
     }

@@ -32,7 +32,7 @@ pub(crate) struct View {
     under_way: usize,
     /// What was handed out, by component and number.
     handed_out: BTreeSet<(ComponentPath, u64, u64)>,
-    /// The components for which somebody was called.
+    /// The components that were ever handed out or shown as faulty: somebody was called.
     called: BTreeSet<ComponentPath>,
 }
 
@@ -47,8 +47,10 @@ impl View {
                     if transition.state() == FaultState::Latched {
                         self.called.insert(component.clone());
                     }
-                    let is_new = self.handed_out.insert((component, incarnation, sequence));
-                    if !is_new && transition.durable {
+                    // A number that no disk had is given again.
+                    let number = (component, incarnation, sequence);
+                    let is_new = !transition.durable || self.handed_out.insert(number);
+                    if !is_new {
                         let component = &transition.component;
                         violations.push(format!("{component}, number {sequence} handed out twice"));
                     }
@@ -161,6 +163,9 @@ impl World<'_> {
             }
         }
         self.view.shown.answered();
+        let scene = self.view.shown.scene(0, BEGIN_UNIX_NS + self.now);
+        let faulty = scene.components().filter(|shown| shown.state().is_fault());
+        self.view.called.extend(faulty.map(|shown| shown.component.clone()));
         self.after(STATES_EVERY, Happening::ViewAsksStates);
     }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use diagnosis::identification::{IdentificationResult, identify};
 use diagnosis::{Event, Measurements, PeerFailure};
 use observer::feed::{Incoming, ModuleAnswer, ModuleKey, ModuleQuery};
-use plant::Plant;
+use plant::{ModuleMessage, Plant, Tolerance, ToleranceSettings};
 use process::{
     Context, Effect, Now, Outgoing, PublisherId, ReceivedSample, Routine, SampleSource,
     StatusSurroundings, TICK,
@@ -15,13 +15,13 @@ use process::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vocabulary::{
-    ComponentPath, FaultState, ModuleName, ModulePhase, Order, OrderKind, RunId, SampleQuestion,
-    StateAnswer, StateQuestion, Step,
+    Capability, Component, ComponentPath, FaultState, ModuleName, ModulePhase, Order, OrderKind,
+    RunId, SampleQuestion, StateAnswer, StateQuestion, Step,
 };
 
 use crate::check::Watcher;
 use crate::coverage::Coverage;
-use crate::module::{Computer, QueryId, Reception, RunningProcess};
+use crate::module::{Computer, INCUMBENT, MOST_SHUT_OFF, QueryId, Reception, RunningProcess};
 use crate::scenario::{DisturbanceKind, END, Scenario};
 use crate::setup::{Setup, SimulationError};
 use crate::trace::Trace;
@@ -123,6 +123,12 @@ pub(crate) enum Happening {
         key: ModuleKey,
         query: ModuleQuery,
     },
+    PlantHears(Box<ModuleMessage>),
+    PeerHears {
+        to: usize,
+        life: u64,
+        said: Box<Capability>,
+    },
     /// With whether it ends a question to one module.
     ViewAnswered(Box<ModuleAnswer>, bool),
 }
@@ -169,6 +175,11 @@ pub struct World<'a> {
     pub(crate) plant: Plant,
     /// What another publisher measures.
     other: Option<Plant>,
+    /// The same plant without any fault.
+    healthy: Plant,
+    tolerance: Tolerance,
+    /// What modules say of their components, until the next step.
+    heard: Vec<Result<ModuleMessage, String>>,
     origin: Instant,
     pub(crate) now: u64,
     number: u64,
@@ -199,11 +210,23 @@ impl<'a> World<'a> {
         keep: bool,
     ) -> Result<Self, SimulationError> {
         let modules = setup.modules.len();
+        let mut plant = setup.plant(scenario.seed)?;
+        let healthy = plant.clone();
+        let tolerance = ToleranceSettings {
+            corrected_readings: true,
+            reallocation: true,
+            most_shut_off: MOST_SHUT_OFF,
+            ..ToleranceSettings::default()
+        };
+        let step_s = setup.step_ns() as f64 / 1e9;
         let mut world = Self {
             setup,
             scenario,
             draw: ChaCha8Rng::seed_from_u64(scenario.seed ^ 0x5eed),
-            plant: setup.plant(scenario.seed)?,
+            tolerance: Tolerance::new(&tolerance, step_s, RunId(1), &mut plant),
+            heard: Vec::new(),
+            plant,
+            healthy,
             other: None,
             origin: Instant::now(),
             now: 0,
@@ -293,6 +316,7 @@ impl<'a> World<'a> {
             | Happening::OutletWakes { of, life }
             | Happening::Identified { of, life, .. }
             | Happening::Fetch { of, life, .. }
+            | Happening::PeerHears { to: of, life, .. }
             | Happening::PeerReturned { to: of, life, .. } => Some((*of, Some(*life))),
             Happening::Sample { to, .. }
             | Happening::Asked { to, .. }
@@ -340,6 +364,13 @@ impl<'a> World<'a> {
             Happening::Ends(place) => self.finish(place),
             Happening::Orders(place) => self.order(place),
             Happening::Starts { of } => self.start(of)?,
+            Happening::PlantHears(said) => self.heard.push(Ok(*said)),
+            Happening::PeerHears { to, said, .. } => {
+                let now = self.instant(self.now);
+                if let Some(running) = self.computers[to].process.as_mut() {
+                    running.around.interlock.hear(&said.module, &said.cylinders, now);
+                }
+            }
             Happening::ViewOpens => self.view_opens(),
             Happening::ViewLooks => self.view_looks(),
             Happening::ViewAsksStates => self.view_asks_states(),
@@ -370,8 +401,11 @@ impl<'a> World<'a> {
                 self.note_onset(&fault.component);
             }
         }
+        self.control();
         let mut samples = std::mem::take(&mut self.samples);
         read(&mut self.plant, RunId(1), &mut samples);
+        self.healthy.advance();
+        self.watcher.drift(self.now, drift_m(&self.plant, &self.healthy));
         for one in &self.active {
             if let DisturbanceKind::NoValue(module, gage) = *one
                 && let Some(value) = samples[module].elongations_m.get_mut(gage)
@@ -394,6 +428,26 @@ impl<'a> World<'a> {
         }
         self.after(self.setup.step_ns(), Happening::Measure);
         Ok(())
+    }
+
+    /// The controller acts on what modules say of their components.
+    fn control(&mut self) {
+        let now = self.instant(self.now);
+        let heard = std::mem::take(&mut self.heard);
+        if self.tolerance.follow(heard, &mut self.plant, now) {
+            for component in self.tolerance.done_without() {
+                self.coverage.reach(match component.component {
+                    Component::Sensor(_) => "the controller used what a gage should read",
+                    Component::Actuator(_) => "the controller did without a cylinder",
+                });
+            }
+        }
+        for cylinder in self.tolerance.shut_off_cylinders() {
+            if self.watcher.shut_off.insert(cylinder.clone()) {
+                self.coverage.reach("a cylinder was shut off");
+                self.trace.note(self.now, format_args!("{cylinder} is shut off"));
+            }
+        }
     }
 
     fn send(&mut self, samples: &[Measurements], publisher: u8) {
@@ -501,11 +555,25 @@ impl<'a> World<'a> {
         let room = self.setup.modules[to].settings.sample_queue;
         let Some(running) = self.computers[to].process.as_mut() else { return };
         let arrival = ReceivedSample { sample, time_unix_ns, received };
-        match running.receive(source, arrival, room) {
+        let own = usize::from(source.run == RunId(2));
+        let other_heard = running.heard[1 - own];
+        running.heard[own] = Some(self.now);
+        let reception = running.receive(source, arrival, room);
+        let others = other_heard.is_some_and(|at| self.now - at < INCUMBENT.as_nanos() as u64 / 2);
+        if reception == Reception::TakenOver && others {
+            let what = format!("{} left a publisher that it heard", self.name(to));
+            self.watcher.violated(self.now, what);
+        }
+        match reception {
             Reception::Queued => {}
             Reception::PutAside => self.coverage.reach("another publisher's samples put aside"),
             Reception::TakenOver => self.coverage.reach("another publisher taken over"),
-            Reception::Dropped => self.coverage.reach("samples dropped because too many waited"),
+            Reception::Dropped => {
+                if let Some(running) = self.computers[to].process.as_mut() {
+                    running.may_miss_samples = true;
+                }
+                self.coverage.reach("samples dropped because too many waited");
+            }
         }
         self.pump(to);
     }
@@ -519,6 +587,7 @@ impl<'a> World<'a> {
             {
                 running.module.sample(arrival);
             }
+            running.around.corrects = running.module.diagnoser().replaces_any();
             while self.take(of, process::ModuleProcess::advance) == Some(true) {}
             let Some(running) = self.computers[of].process.as_mut() else { return };
             if let Some(until) = running.module.pause() {
@@ -574,6 +643,13 @@ impl<'a> World<'a> {
             Effect::Routine(Routine::Refusal { query, reason }) => {
                 self.reply(of, query, Reply::Refused(reason));
             }
+            Effect::Routine(Routine::Capability(said)) => self.tell_capability(of, said),
+            Effect::Routine(Routine::Corrected(said)) => {
+                if let Some(delay) = self.way(Some(of), None) {
+                    let said = Box::new(ModuleMessage::Readings(said));
+                    self.after(delay, Happening::PlantHears(said));
+                }
+            }
             Effect::Routine(_) => {}
             Effect::Fetch(question) => {
                 let SampleQuestion { from, to, .. } = question;
@@ -596,6 +672,7 @@ impl<'a> World<'a> {
                 self.trace.note(self.now, format_args!("{module} drops its backlog"));
                 if let Some(running) = self.computers[of].process.as_mut() {
                     running.inbox.clear();
+                    running.may_miss_samples = true;
                 }
             }
             Effect::AnswerRejected { peer, reason } => {
@@ -607,6 +684,18 @@ impl<'a> World<'a> {
                 self.coverage.reach("a peer that broke its word");
                 self.trace.note(self.now, format_args!("{module}: {peer} broke its word"));
             }
+        }
+    }
+
+    fn tell_capability(&mut self, of: usize, said: Capability) {
+        for to in (0..self.computers.len()).filter(|to| *to != of) {
+            if let Some(delay) = self.way(Some(of), Some(to)) {
+                let (life, said) = (self.computers[to].life, Box::new(said.clone()));
+                self.after(delay, Happening::PeerHears { to, life, said });
+            }
+        }
+        if let Some(delay) = self.way(Some(of), None) {
+            self.after(delay, Happening::PlantHears(Box::new(ModuleMessage::Cylinders(said))));
         }
     }
 
@@ -918,6 +1007,7 @@ impl<'a> World<'a> {
                 received,
             }));
         }
+        running.may_miss_samples |= samples.is_empty();
         let what = if samples.is_empty() {
             "a fetch in vain"
         } else {
@@ -1104,23 +1194,35 @@ impl<'a> World<'a> {
                 problems.push(format!("has not published {:?}", front.ticket));
             }
             let present = running.store.components.present();
-            let states =
-                present.filter_map(|one| Some((one.latest?.component.clone(), one.latest?)));
-            let states: Vec<_> =
-                states.map(|(component, latest)| (component, latest.verdict.state())).collect();
+            let latest: Vec<_> = present.filter_map(|one| one.latest.cloned()).collect();
             let status = &running.keeper.status;
             if status.unsaved > 0 || status.problem.is_some() {
                 problems.push(format!("has {} records that no disk has", status.unsaved));
             }
+            let missed = diagnoser.counters().samples_missing;
+            if missed > 0 && !running.may_miss_samples && self.scenario.is_of_one_plant() {
+                problems.push(format!("missed {missed} samples that the publisher has"));
+            }
             for problem in problems {
                 self.watcher.violated(self.now, format!("{name} {problem} at the end"));
             }
-            for (component, state) in states {
-                self.watcher.knows(self.now, &component, state);
+            for latest in &latest {
+                self.watcher.knows(self.now, latest);
             }
         }
         self.check_view();
+        self.watcher.check_shut_off(self.now);
     }
+}
+
+/// How far the tops of two plants are from each other \[m\].
+fn drift_m(one: &Plant, other: &Plant) -> f64 {
+    let pairs = one.tops_m().zip(other.tops_m());
+    let distances = pairs.map(|(one, other)| {
+        let squares = one.iter().zip(other).map(|(a, b)| (a - b).powi(2));
+        squares.sum::<f64>().sqrt()
+    });
+    distances.fold(0.0, f64::max)
 }
 
 /// Advances a plant, and reads its modules.

@@ -35,6 +35,7 @@ mod recorded_live;
 mod replay;
 mod replicate;
 mod schema;
+mod simulate;
 mod stand_in;
 mod stroke;
 mod study;

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use pki::Holder;
-use plant::{Mismatch, Plant, PlantError, PlantParameters};
+use plant::{Mismatch, Plant, PlantError, PlantParameters, ToleranceSettings};
 use serde::{Deserialize, Serialize};
 use session::{Network, NetworkFlags};
 use settings::{ConfigErrors, SettingsFile};
@@ -83,35 +83,6 @@ pub struct LockStep {
 impl Default for LockStep {
     fn default() -> Self {
         Self { window_steps: 200, timeout_ms: 10_000 }
-    }
-}
-
-/// The table `[tolerance]`: what the controller does about faults that diagnosers name. Each measure is off unless it is
-/// switched on.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ToleranceSettings {
-    /// It uses corrected readings in place of those of faulty gages.
-    pub corrected_readings: bool,
-    /// It limits what a reading may differ from what it expects to this strain.
-    pub largest_innovation: Option<f64>,
-    /// The other cylinders make up for one that is hard over or shut off.
-    pub reallocation: bool,
-    /// So many cylinders are shut off at a time when their modules say so: 0.
-    pub most_shut_off: u64,
-    /// A corrected reading is used for so long; then the gage's own is used again \[ms\]: 250.
-    pub stale_after_ms: u64,
-}
-
-impl Default for ToleranceSettings {
-    fn default() -> Self {
-        Self {
-            corrected_readings: false,
-            largest_innovation: None,
-            reallocation: false,
-            most_shut_off: 0,
-            stale_after_ms: 250,
-        }
     }
 }
 

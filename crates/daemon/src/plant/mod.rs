@@ -8,7 +8,7 @@
 //! | `diagnosers` | which diagnosers are present and how far they have come |
 //! | `commands` | faults, repairs and strokes from the network: queued, carried out, answered |
 //! | `agenda` | faults and repairs to come |
-//! | `tolerance` | what the controller does about faults that diagnosers name |
+//! | `tolerance` | what modules say of their components, for the controller |
 //! | `sample_publisher` | one module's samples |
 //! | `recent_samples` | the latest of them, for diagnosers that missed some |
 //! | `status` | the status of it all, published, for the service manager and over HTTP |
@@ -43,7 +43,6 @@ use shell::supervision::{OPENING, Supervisor};
 use simulation::SimulationLoop;
 use source::{PacedSource, SourceSettings, on_a_thread};
 use status::{PlantHealth, SharedStatus};
-use tolerance::Tolerance;
 
 use crate::config::PlantConfig;
 use crate::status_line;
@@ -90,9 +89,10 @@ async fn serve(
         .map_err(refused)?;
     let replying = tokio::spawn(commands::reply(reply_receiver));
     let measures = &config.tolerance;
-    let (tolerance, news) = Tolerance::new(measures, config.parameters.step_s, run, &mut plant);
+    let tolerance = plant::Tolerance::new(measures, config.parameters.step_s, run, &mut plant);
+    let (news_in, news) = std::sync::mpsc::sync_channel(tolerance::QUEUE);
     let listening =
-        tolerance::subscribe(session, &structure, measures, news).await.map_err(refused)?;
+        tolerance::subscribe(session, &structure, measures, news_in).await.map_err(refused)?;
     let settings = SourceSettings {
         structure: structure.clone(),
         run,
@@ -111,7 +111,7 @@ async fn serve(
     supervisor.ready(&status_line::of_plant(&source.status.read()));
     let agenda = Agenda::from_schedule(&config.schedule);
     let steps = config.steps;
-    let simulation = SimulationLoop { plant, agenda, commands, replies, tolerance, steps };
+    let simulation = SimulationLoop { plant, agenda, commands, replies, tolerance, news, steps };
     let ended = on_a_thread("plant", move || simulation.run(source)).await;
     declarations.reporting.abort();
     supervisor.stopping();

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 
-use plant::Plant;
+use plant::{Plant, Tolerance};
 use tokio::sync::mpsc;
 use vocabulary::{PresentFault, Step};
 
@@ -11,7 +11,7 @@ use super::agenda::Agenda;
 use super::commands::{self, CommandReply, PendingCommand};
 use super::source::{PRESENCE_EVERY, PacedSource};
 use super::status::SharedStatus;
-use super::tolerance::Tolerance;
+use super::tolerance::Heard;
 
 /// Everything that the thread owns beside the source of samples.
 pub(crate) struct SimulationLoop {
@@ -20,6 +20,8 @@ pub(crate) struct SimulationLoop {
     pub(crate) commands: Receiver<PendingCommand>,
     pub(crate) replies: mpsc::Sender<CommandReply>,
     pub(crate) tolerance: Tolerance,
+    /// What modules say of their components.
+    pub(crate) news: Receiver<Heard>,
     pub(crate) steps: Option<u64>,
 }
 
@@ -42,7 +44,8 @@ impl SimulationLoop {
             if commands::catch_up(&mut self.agenda, &mut self.plant, step) {
                 self.show_faults(&source.status);
             }
-            if self.tolerance.follow(&mut self.plant) {
+            let now = std::time::Instant::now();
+            if self.tolerance.follow(self.news.try_iter(), &mut self.plant, now) {
                 source.status.update(|status| {
                     status.done_without = self.tolerance.done_without().cloned().collect();
                     status.messages_refused = self.tolerance.refused();

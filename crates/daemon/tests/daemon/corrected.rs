@@ -5,7 +5,8 @@
 use std::collections::BTreeMap;
 
 use crate::support::{LIMIT, Rig, first, in_time};
-use daemon::config::{PlantFlags, ScheduledFault, Speed, ToleranceSettings};
+use daemon::config::{PlantFlags, ScheduledFault, Speed};
+use plant::ToleranceSettings;
 use tokio::sync::mpsc;
 use vocabulary::{
     ComponentPath, Corrected, FaultTransition, Message, ModuleName, PlantStatus, ReadingSource,

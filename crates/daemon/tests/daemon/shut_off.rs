@@ -3,8 +3,9 @@
 //! Authority: the faults that the plant was given, and the chambers' pressures.
 
 use crate::support::{LIMIT, Rig, first, in_time};
-use daemon::config::{PlantFlags, ScheduledFault, Speed, ToleranceSettings};
+use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use observer::{OrderRequest, QueryError};
+use plant::ToleranceSettings;
 use vocabulary::{Ability, Capability, Obeyed, Order, OrderKind, Sample, Step, fault::Fault};
 use zenoh::Session;
 

@@ -315,7 +315,7 @@ pub(super) const COMPONENTS: usize = 1024;
 /// change.
 pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTransition) -> bool {
     match components.binary_search_by(|known| known.component.cmp(&state.component)) {
-        Ok(place) if components[place].place() <= state.place() => {
+        Ok(place) if is_later(&state, &components[place]) => {
             let known = &mut components[place];
             state.condition = state.condition.or_else(|| known.condition.take());
             let orders = state.order.iter().chain(state.state_order.as_deref());
@@ -335,6 +335,13 @@ pub(super) fn enter(components: &mut Vec<FaultTransition>, mut state: FaultTrans
         Err(place) => components.insert(place, state),
     }
     true
+}
+
+/// Is this the state of a component after the other? A process that lost what no disk had gives its numbers again.
+fn is_later(state: &FaultTransition, known: &FaultTransition) -> bool {
+    let counts_again =
+        state.incarnation == known.incarnation && state.time_unix_ns > known.time_unix_ns;
+    state.place() >= known.place() || counts_again
 }
 
 /// What was known of the comparison with the reference does not hold any more.

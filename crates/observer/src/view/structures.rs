@@ -509,6 +509,22 @@ mod tests {
         assert_eq!(state(&structures.scene(1, SECOND)), FaultState::Unknown);
     }
 
+    /// It published transitions that its disk never had, and lost its power.
+    #[test]
+    fn a_process_that_gives_numbers_again_is_followed_and_what_comes_late_is_not() {
+        let at = |second: u64, sequence, state| FaultTransition {
+            time_unix_ns: second * SECOND,
+            ..transition(7, sequence, state)
+        };
+        let mut structures = Structures::default();
+        structures.status(testing::status("m1", &[]), SECOND);
+        structures.state(at(3, 3, FaultState::Acknowledged), None, 3 * SECOND);
+        structures.state(at(2, 2, FaultState::Latched), None, 4 * SECOND);
+        assert_eq!(state(&structures.scene(1, SECOND)), FaultState::Acknowledged, "it comes late");
+        structures.state(at(5, 2, FaultState::Latched), None, 5 * SECOND);
+        assert_eq!(state(&structures.scene(2, SECOND)), FaultState::Latched, "it counts again");
+    }
+
     #[test]
     fn the_plant_is_no_module_of_the_scene() {
         let mut structures = Structures::default();
