@@ -41,6 +41,9 @@ pub enum SimulationError {
     /// Of the structure.
     #[error(transparent)]
     Model(#[from] truss::ModelError),
+    /// The structure or a module's setup is not valid.
+    #[error("the simulated tower is not valid: {0}")]
+    Setup(String),
     /// A fault does not fit the plant.
     #[error(transparent)]
     Inject(#[from] plant::InjectError),
@@ -68,7 +71,7 @@ impl Setup {
     /// # Errors
     /// A run of the plant cannot be made.
     pub fn tower(jobs: usize) -> Result<Self, SimulationError> {
-        let structure = equipped_tower();
+        let structure = equipped_tower()?;
         let mut parameters = PlantParameters { step_s: STEP_S, ..PlantParameters::default() };
         parameters.hydraulics.force_gain_m3_per_s_per_n *= SLOWER;
         let mut setups = study::module_setups(&structure, &parameters)?;
@@ -181,14 +184,15 @@ fn calibrate(
 }
 
 /// The tower whose modules are all equipped, each like the lowest two.
-fn equipped_tower() -> Structure {
+fn equipped_tower() -> Result<Structure, SimulationError> {
     let mut tables: Vec<String> = TOWER.split("[[modules]]").map(str::to_owned).collect();
     for (place, table) in tables.iter_mut().skip(1).enumerate() {
         if !table.contains("actuators") {
             table.push_str(&equipment(place * STOREYS));
         }
     }
-    Structure::from_toml(&tables.join("[[modules]]")).expect("the shipped tower is valid")
+    let text = tables.join("[[modules]]");
+    Structure::from_toml(&text).map_err(|error| SimulationError::Setup(error.to_string()))
 }
 
 /// A cylinder beside each corner's column; gages on the columns of the lowest storey and on a diagonal of each face.

@@ -506,7 +506,10 @@ impl<'a> World<'a> {
         let now = self.clocks(of);
         let computer = &mut self.computers[of];
         computer.disk.is_full = self.active.contains(&DisturbanceKind::FullDisk(of));
-        computer.start(self.setup, now).expect("the setup was calibrated with it");
+        computer.start(self.setup, now).map_err(|problems| {
+            let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
+            SimulationError::Setup(problems.join("; "))
+        })?;
         let life = computer.life;
         self.trace.note(self.now, format_args!("{} starts", self.setup.modules[of].setup.module));
         if life > 1 {

@@ -1,5 +1,7 @@
 //! Worlds of seeds: the same twice, nothing in them that must never happen, and found if something is wrong.
 
+#![expect(clippy::unwrap_used, reason = "test code")]
+
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
