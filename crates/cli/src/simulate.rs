@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::atomic::Ordering;
 
-use simulation::{Scenario, SeedResult, Setup, SimulationError, Summary};
+use simulation::{SeedResult, SeedSummary, Setup, SimulationError, WorldScenario};
 use study::Shard;
 
 use crate::failure::Failure;
@@ -126,7 +126,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Prints what many seeds gave.
 fn conclude(results: &BTreeMap<u64, SeedResult>, json: bool) -> Result<(), Failure> {
-    let summary = Summary::of(results);
+    let summary = SeedSummary::of(results);
     if json {
         output::print(&output::text(&summary)?)?;
     } else {
@@ -148,7 +148,7 @@ fn conclude(results: &BTreeMap<u64, SeedResult>, json: bool) -> Result<(), Failu
 }
 
 fn show(setup: &Setup, seed: u64, arguments: &Arguments) -> Result<(), Failure> {
-    let mut scenario = Scenario::draw(seed, setup);
+    let mut scenario = WorldScenario::draw(seed, setup);
     if arguments.shrink {
         scenario = simulation::shrink(setup, &scenario)?;
     }

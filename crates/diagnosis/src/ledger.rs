@@ -183,12 +183,14 @@ impl Ledger {
         self.entries.iter().filter_map(alarm).collect()
     }
 
-    /// The components with a change by a step that is not judged yet.
+    /// The components with a change by a step that was not judged by then.
     pub(crate) fn pending(&self, run: RunId, as_of: Step) -> Vec<Component> {
         let is_pending = |entry: &&ComponentVerdict| {
-            let latest = entry.latest.as_ref();
-            let by_then = latest.is_some_and(|latest| FaultySince::of(latest, run).change <= as_of);
-            entry.verdict == Verdict::Tentative && by_then
+            let since = entry.latest.as_ref().map(|latest| FaultySince::of(latest, run));
+            since.is_some_and(|since| {
+                let is_later = entry.verdict.is_latched() && since.found > as_of;
+                since.change <= as_of && (entry.verdict == Verdict::Tentative || is_later)
+            })
         };
         let pending = self.entries.iter().filter(is_pending);
         pending.map(|entry| entry.component.clone()).collect()

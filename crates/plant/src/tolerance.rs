@@ -299,20 +299,20 @@ mod tests {
 
     /// What reaches the controller with the next step.
     #[derive(Default)]
-    struct Waiting(RefCell<Vec<Result<ModuleMessage, String>>>);
+    struct NextNews(RefCell<Vec<Result<ModuleMessage, String>>>);
 
-    impl Waiting {
+    impl NextNews {
         fn send(&self, news: Result<ModuleMessage, String>) {
             self.0.borrow_mut().push(news);
         }
     }
 
-    fn follow(tolerance: &mut Tolerance, news: &Waiting, plant: &mut Plant) -> bool {
+    fn follow(tolerance: &mut Tolerance, news: &NextNews, plant: &mut Plant) -> bool {
         tolerance.follow(news.0.take(), plant, Instant::now())
     }
 
     /// The shipped tower, and what reaches its controller.
-    fn rig() -> (Plant, Tolerance, Waiting) {
+    fn rig() -> (Plant, Tolerance, NextNews) {
         let tower = Structure::from_toml(include_str!("../../../configs/tower.toml")).unwrap();
         let mut plant = Plant::new(&tower, &PlantParameters::default(), 1).unwrap();
         let settings = ToleranceSettings {
@@ -322,7 +322,7 @@ mod tests {
             ..ToleranceSettings::default()
         };
         let tolerance = Tolerance::new(&settings, 1e-3, RunId(1), &mut plant);
-        (plant, tolerance, Waiting::default())
+        (plant, tolerance, NextNews::default())
     }
 
     fn readings(step: u64, source: ReadingSource) -> Corrected {

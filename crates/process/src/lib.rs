@@ -43,7 +43,8 @@ pub use inputs::InputNumbering;
 pub use interlock::ShutOffInterlock;
 pub use journal_keeper::{Disk, JournalKeeper};
 pub use module::{
-    Context, Effect, ModuleProcess, Now, ProcessSettings, StatusSurroundings, Surroundings, TICK,
+    ModuleProcess, Now, ProcessContext, ProcessEffect, ProcessSettings, ProcessSurroundings,
+    StatusSurroundings, TICK,
 };
 pub use outgoing::{Outgoing, QueuedEvent, Routine};
 pub use peers::PeerTimeouts;

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use study::parallel;
 use vocabulary::ComponentPath;
 
-use crate::coverage::Coverage;
-use crate::scenario::Scenario;
+use crate::coverage::ReachedHistories;
+use crate::scenario::WorldScenario;
 use crate::setup::{Setup, SimulationError};
 use crate::world::{Outcome, World};
 
@@ -29,14 +29,14 @@ pub struct SeedResult {
     /// What must never happen, and did.
     pub violations: Vec<String>,
     /// What must sometimes happen, and did.
-    pub reached: Coverage,
+    pub reached: ReachedHistories,
     /// Hours that modules watched.
     pub module_hours: f64,
 }
 
 /// What many seeds gave.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Summary {
+pub struct SeedSummary {
     /// How many seeds.
     pub seeds: u64,
     /// How often something happened that must never happen.
@@ -49,11 +49,11 @@ pub struct Summary {
     pub violated: BTreeMap<u64, Vec<String>>,
 }
 
-impl Summary {
+impl SeedSummary {
     /// Of these results, each seed once.
     #[must_use]
     pub fn of(results: &BTreeMap<u64, SeedResult>) -> Self {
-        let mut coverage = Coverage::default();
+        let mut coverage = ReachedHistories::default();
         results.values().for_each(|result| coverage.merge(&result.reached));
         let violated = results.values().filter(|result| !result.violations.is_empty());
         let violated: BTreeMap<u64, Vec<String>> =
@@ -92,12 +92,16 @@ impl Summary {
 ///
 /// # Errors
 /// The plant cannot be made.
-pub fn run(setup: &Setup, scenario: &Scenario, keep: bool) -> Result<Outcome, SimulationError> {
+pub fn run(
+    setup: &Setup,
+    scenario: &WorldScenario,
+    keep: bool,
+) -> Result<Outcome, SimulationError> {
     let mut outcome = World::new(setup, scenario, keep)?.run()?;
     let valueless: BTreeSet<ComponentPath> = scenario.valueless(setup).collect();
     let faulty = scenario.faults.iter().map(|fault| fault.component.clone());
     let faulty: BTreeSet<_> = faulty.filter(|one| !valueless.contains(one)).collect();
-    let is_comparable = scenario.is_honest() && scenario.is_of_one_plant();
+    let is_comparable = scenario.is_honest() && scenario.is_of_one_run();
     if outcome.named != faulty && !scenario.disturbances.is_empty() && is_comparable {
         let undisturbed = World::new(setup, &scenario.undisturbed(), false)?.run()?;
         let expected = undisturbed.named.difference(&valueless).cloned().collect();
@@ -125,7 +129,7 @@ pub fn run_all<E: From<SimulationError> + Send>(
     mut done: impl FnMut(SeedResult) -> Result<(), E> + Send,
 ) -> Result<(), E> {
     let one = |seed: &u64| {
-        let outcome = run(setup, &Scenario::draw(*seed, setup), false)?;
+        let outcome = run(setup, &WorldScenario::draw(*seed, setup), false)?;
         let Outcome { violations, coverage, module_hours, .. } = outcome;
         Ok(SeedResult { v: 1, seed: *seed, violations, reached: coverage, module_hours })
     };
@@ -150,7 +154,7 @@ pub fn missing(
 ///
 /// # Errors
 /// A plant cannot be made.
-pub fn shrink(setup: &Setup, scenario: &Scenario) -> Result<Scenario, SimulationError> {
+pub fn shrink(setup: &Setup, scenario: &WorldScenario) -> Result<WorldScenario, SimulationError> {
     let mut smallest = scenario.clone();
     'smaller: loop {
         for candidate in smallest.smaller() {

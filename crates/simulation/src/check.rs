@@ -8,7 +8,7 @@ use vocabulary::{
     ComponentPath, Doubt, FaultState, FaultTransition, ModuleName, ModuleStatus, Symptom,
 };
 
-use crate::scenario::Scenario;
+use crate::scenario::WorldScenario;
 use crate::setup::Setup;
 
 /// The top is never farther than this from that of the same plant without faults \[m\].
@@ -27,7 +27,7 @@ struct Numbering {
 
 /// Watches a world.
 #[derive(Debug)]
-pub(crate) struct Watcher {
+pub(crate) struct InvariantWatcher {
     pub(crate) violations: Vec<String>,
     modules: Vec<ModuleName>,
     faults: Vec<TimedFault>,
@@ -48,8 +48,8 @@ pub(crate) struct Watcher {
     largest_drift_m: f64,
 }
 
-impl Watcher {
-    pub(crate) fn new(setup: &Setup, scenario: &Scenario) -> Self {
+impl InvariantWatcher {
+    pub(crate) fn new(setup: &Setup, scenario: &WorldScenario) -> Self {
         let modules = setup.modules.len();
         Self {
             violations: Vec::new(),
@@ -121,6 +121,13 @@ impl Watcher {
             self.durable[of].insert((incarnation, sequence), transition.clone());
         }
         again && !follows
+    }
+
+    /// A process begins on a disk that has numbers up to this one.
+    pub(crate) fn restarted(&mut self, of: usize, latest: u64) {
+        let numbering = &mut self.numbering[of];
+        numbering.latest = numbering.latest.max(latest);
+        numbering.durable = numbering.durable.max(latest);
     }
 
     pub(crate) fn status(&mut self, now_ns: u64, status: &ModuleStatus) {
@@ -195,7 +202,9 @@ impl Watcher {
         let (component, state) = (&latest.component, latest.verdict.state());
         // A peer that did not watch at the time will never know.
         let waits = matches!(latest.verdict.doubt(), Some(Doubt::Silent(_)));
-        if (waits || state == FaultState::Tentative) && self.is_honest {
+        // Effects are over long since.
+        let is_open = matches!(state, FaultState::Tentative | FaultState::Explained);
+        if (waits || is_open) && self.is_honest {
             self.violated(now_ns, format_args!("{component} is still {state}"));
         }
         let published = self.states.get(component).copied().unwrap_or(FaultState::Normal);

@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// What happened in how many worlds, by its words.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Coverage(BTreeMap<&'static str, u64>);
+pub struct ReachedHistories(BTreeMap<&'static str, u64>);
 
 /// Everything that must sometimes happen.
 pub const SOMETIMES: &[&str] = &[
@@ -91,14 +91,14 @@ pub const SOMETIMES: &[&str] = &[
 ];
 
 /// Written as what was reached in a world.
-impl Serialize for Coverage {
+impl Serialize for ReachedHistories {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq(self.0.keys())
     }
 }
 
 /// What another version calls by other words is left out.
-impl<'de> Deserialize<'de> for Coverage {
+impl<'de> Deserialize<'de> for ReachedHistories {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let words = Vec::<String>::deserialize(deserializer)?;
         let known = SOMETIMES.iter().filter(|what| words.iter().any(|word| word == *what));
@@ -106,7 +106,7 @@ impl<'de> Deserialize<'de> for Coverage {
     }
 }
 
-impl Coverage {
+impl ReachedHistories {
     /// It happened.
     ///
     /// # Panics

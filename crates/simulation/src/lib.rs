@@ -30,10 +30,10 @@ mod trace;
 mod view;
 mod world;
 
-pub use campaign::{SeedResult, Summary, missing, run, run_all, shrink};
-pub use coverage::{Coverage, SOMETIMES};
-pub use scenario::{Disturbance, DisturbanceKind, Scenario, TimedOrder};
+pub use campaign::{SeedResult, SeedSummary, missing, run, run_all, shrink};
+pub use coverage::{ReachedHistories, SOMETIMES};
+pub use scenario::{Disturbance, DisturbanceKind, TimedOrder, WorldScenario};
 pub use setup::{Setup, SimulationError};
 pub use story::svg;
-pub use trace::Trace;
+pub use trace::WorldTrace;
 pub use world::{Outcome, World};

@@ -7,8 +7,8 @@ use diagnosis::messages::Speaker;
 use diagnosis::{Diagnoser, SetupError};
 use process::{
     Arbitration, ComponentStore, JournalKeeper, JournalRecord, ModuleProcess, Now, PeerTimeouts,
-    PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals, SampleSource, ShutOffInterlock,
-    StoreState, Surroundings, WriteBatch,
+    ProcessSurroundings, PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals,
+    SampleSource, ShutOffInterlock, StoreState, WriteBatch,
 };
 use vocabulary::{CylinderCapability, ModuleName, Topic};
 
@@ -74,7 +74,7 @@ pub(crate) struct Around {
     pub(crate) corrects: bool,
 }
 
-impl Surroundings for Around {
+impl ProcessSurroundings for Around {
     fn refusals(&self) -> RecentRefusals {
         self.refusals.clone()
     }
@@ -172,16 +172,16 @@ impl RunningProcess {
         source: SampleSource,
         arrival: ReceivedSample,
         room: usize,
-    ) -> Reception {
+    ) -> SampleFate {
         match self.arbiter.admit(source, arrival) {
             Arbitration::Use(arrival) => self.queue(arrival, room),
             Arbitration::UseAll(arrivals) => {
                 arrivals.into_iter().for_each(|arrival| {
                     self.queue(arrival, room);
                 });
-                Reception::TakenOver
+                SampleFate::TakenOver
             }
-            Arbitration::PutAside => Reception::PutAside,
+            Arbitration::PutAside => SampleFate::PutAside,
         }
     }
 
@@ -200,24 +200,29 @@ impl RunningProcess {
         self.retry_at.is_some_and(|at| at <= now)
     }
 
+    /// Whose samples are used.
+    pub(crate) fn present(&self) -> Option<SampleSource> {
+        self.arbiter.present()
+    }
+
     /// Are samples used that this one gives in reply to a query?
     pub(crate) fn uses(&self, replier: SampleSource) -> bool {
         self.arbiter.present().is_some_and(|source| source.replies_as(replier))
     }
 
-    fn queue(&mut self, arrival: ReceivedSample, room: usize) -> Reception {
+    fn queue(&mut self, arrival: ReceivedSample, room: usize) -> SampleFate {
         if self.inbox.len() >= room {
             self.overflown = true;
-            return Reception::Dropped;
+            return SampleFate::Dropped;
         }
         self.inbox.push_back(arrival);
-        Reception::Queued
+        SampleFate::Queued
     }
 }
 
 /// What became of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Reception {
+pub(crate) enum SampleFate {
     Queued,
     TakenOver,
     PutAside,

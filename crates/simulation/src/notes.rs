@@ -118,7 +118,7 @@ impl World<'_> {
     }
 
     pub(crate) fn note_loss(&mut self, one: &crate::scenario::Disturbance) {
-        let alone = crate::scenario::Scenario {
+        let alone = crate::scenario::WorldScenario {
             disturbances: vec![one.clone()],
             ..self.scenario.undisturbed()
         };

@@ -23,7 +23,7 @@ const BIAS_STRAIN: [f64; 2] = [120e-6, 250e-6];
 
 /// What happens in a world.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Scenario {
+pub struct WorldScenario {
     /// Its seed: of the weather and of everything that is drawn on the way.
     pub seed: u64,
     /// The faults.
@@ -91,6 +91,8 @@ pub enum DisturbanceKind {
     WrongClock(usize, f64),
     /// The publisher is silent, and publishes afterwards what it has measured since.
     SilentPublisher,
+    /// The publisher ends and begins again with a new run.
+    RestartedPublisher,
     /// Another publisher with a run of its own sends samples of another weather.
     SecondPublisher,
     /// A gage of the module has no value: its index.
@@ -120,6 +122,7 @@ impl DisturbanceKind {
             Self::FullDisk(_) => "full disk",
             Self::WrongClock(..) => "wrong clock",
             Self::SilentPublisher => "silent publisher",
+            Self::RestartedPublisher => "restarted publisher",
             Self::SecondPublisher => "second publisher",
             Self::NoValue(..) => "no value",
             Self::Liar(_) => "liar",
@@ -127,7 +130,7 @@ impl DisturbanceKind {
     }
 
     /// Every kind once, with what is drawn for it.
-    fn drawn(draw: &mut ChaCha8Rng, modules: &[usize]) -> [Self; 19] {
+    fn drawn(draw: &mut ChaCha8Rng, modules: &[usize]) -> [Self; 20] {
         let module = modules[draw.random_range(0..modules.len())];
         [
             Self::Kill(module),
@@ -146,6 +149,7 @@ impl DisturbanceKind {
             Self::FullDisk(module),
             Self::WrongClock(module, draw.random_range(-5000.0..5000.0)),
             Self::SilentPublisher,
+            Self::RestartedPublisher,
             Self::SecondPublisher,
             Self::NoValue(module, draw.random_range(0..8)),
             Self::Liar(module),
@@ -173,12 +177,15 @@ impl fmt::Display for DisturbanceKind {
             Self::SlowDisk(m, ms) => write!(f, " of module{}: {ms} ms", m + 1),
             Self::WrongClock(m, s) => write!(f, " of module{}: {s:+.0} s", m + 1),
             Self::NoValue(m, gage) => write!(f, " of module{}/sensor/g{}", m + 1, gage + 1),
-            Self::NoRouter | Self::SilentPublisher | Self::SecondPublisher => Ok(()),
+            Self::NoRouter
+            | Self::SilentPublisher
+            | Self::RestartedPublisher
+            | Self::SecondPublisher => Ok(()),
         }
     }
 }
 
-impl Scenario {
+impl WorldScenario {
     /// Draws what happens in the world of a seed. Each seed draws which kinds of disturbance there are at all.
     #[must_use]
     pub fn draw(seed: u64, setup: &Setup) -> Self {
@@ -228,9 +235,13 @@ impl Scenario {
         !self.disturbances.iter().any(|one| matches!(one.what, DisturbanceKind::Liar(_)))
     }
 
-    /// Are all samples those of one plant? Otherwise a fault may be missing in those that are used.
-    pub(crate) fn is_of_one_plant(&self) -> bool {
-        !self.disturbances.iter().any(|one| one.what == DisturbanceKind::SecondPublisher)
+    /// Are all samples those of one run? Otherwise a fault may begin in one that is not used, or before a module watches.
+    pub(crate) fn is_of_one_run(&self) -> bool {
+        let other = |one: &Disturbance| {
+            use DisturbanceKind::{RestartedPublisher, SecondPublisher};
+            matches!(one.what, SecondPublisher | RestartedPublisher)
+        };
+        !self.disturbances.iter().any(other)
     }
 
     /// The gages that lose their values at some time.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::scenario::{DisturbanceKind, END, Scenario};
+use crate::scenario::{DisturbanceKind, END, WorldScenario};
 use crate::setup::Setup;
 use crate::world::Outcome;
 
@@ -14,7 +14,7 @@ const STYLE: &str = "text { font: 11px sans-serif; fill: #222 } .axis { stroke: 
     .mark { fill: #22506e } .violation { fill: #c00 }";
 
 /// A bar or a mark in a lane.
-struct Entry {
+struct StoryEntry {
     lane: Option<usize>,
     from_ms: f64,
     until_ms: Option<f64>,
@@ -24,7 +24,7 @@ struct Entry {
 
 /// The picture as SVG.
 #[must_use]
-pub fn svg(setup: &Setup, scenario: &Scenario, outcome: &Outcome) -> String {
+pub fn svg(setup: &Setup, scenario: &WorldScenario, outcome: &Outcome) -> String {
     let mut entries = disturbances(scenario);
     entries.extend(faults(setup, scenario));
     entries.extend(marks(setup, outcome));
@@ -70,7 +70,7 @@ fn x_of(ms: f64) -> f64 {
     LEFT + (WIDTH - LEFT - 10.0) * ms / END as f64
 }
 
-fn draw(body: &mut String, entry: &Entry, top: f64) {
+fn draw(body: &mut String, entry: &StoryEntry, top: f64) {
     let x = x_of(entry.from_ms);
     let width = entry.until_ms.map_or(3.0, |until| (x_of(until) - x).max(3.0));
     let (class, words) = (entry.class, escaped(&entry.words));
@@ -85,8 +85,8 @@ fn draw(body: &mut String, entry: &Entry, top: f64) {
     );
 }
 
-fn disturbances(scenario: &Scenario) -> Vec<Entry> {
-    let entry = |one: &crate::scenario::Disturbance| Entry {
+fn disturbances(scenario: &WorldScenario) -> Vec<StoryEntry> {
+    let entry = |one: &crate::scenario::Disturbance| StoryEntry {
         lane: lane_of(one.what),
         from_ms: one.from_ms as f64,
         until_ms: Some(one.until_ms as f64),
@@ -96,9 +96,9 @@ fn disturbances(scenario: &Scenario) -> Vec<Entry> {
     scenario.disturbances.iter().map(entry).collect()
 }
 
-fn faults(setup: &Setup, scenario: &Scenario) -> Vec<Entry> {
+fn faults(setup: &Setup, scenario: &WorldScenario) -> Vec<StoryEntry> {
     let ms = |step: vocabulary::Step| (step.0 * setup.step_ns()) as f64 / 1e6;
-    let entry = |fault: &study::TimedFault| Entry {
+    let entry = |fault: &study::TimedFault| StoryEntry {
         lane: setup.module_names().position(|name| *name == fault.component.module),
         from_ms: ms(fault.at),
         until_ms: Some(fault.until.map_or(END as f64, ms)),
@@ -109,7 +109,7 @@ fn faults(setup: &Setup, scenario: &Scenario) -> Vec<Entry> {
 }
 
 /// What the modules published of their components.
-fn marks(setup: &Setup, outcome: &Outcome) -> Vec<Entry> {
+fn marks(setup: &Setup, outcome: &Outcome) -> Vec<StoryEntry> {
     let entry = |line: &String| {
         let (time, words) = line.trim_start().split_once(' ')?;
         let lane = setup.module_names().position(|name| {
@@ -117,7 +117,7 @@ fn marks(setup: &Setup, outcome: &Outcome) -> Vec<Entry> {
         })?;
         let is_transition = words.contains(", number ");
         let (_, words) = words.split_once('/')?;
-        is_transition.then(|| Entry {
+        is_transition.then(|| StoryEntry {
             lane: Some(lane),
             from_ms: 1e3 * time.parse::<f64>().unwrap_or(0.0),
             until_ms: None,

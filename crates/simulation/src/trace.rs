@@ -4,14 +4,14 @@ use std::fmt::Write as _;
 
 /// The lines, or only what tells two traces apart.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Trace {
+pub struct WorldTrace {
     lines: Option<Vec<String>>,
     line: String,
     /// FNV-1a of all lines (Fowler, Noll, Vo 1991).
     hash: u64,
 }
 
-impl Trace {
+impl WorldTrace {
     /// Without the lines, unless they are kept.
     #[must_use]
     pub fn new(keep: bool) -> Self {

@@ -8,7 +8,7 @@ use observer::{NetworkState, News, Structures};
 use process::JournalRecord;
 use vocabulary::{ComponentPath, FaultState, FaultTransition, HistoryPage};
 
-use crate::coverage::Coverage;
+use crate::coverage::ReachedHistories;
 use crate::module::Computer;
 use crate::scenario::DisturbanceKind;
 use crate::world::{BEGIN_UNIX_NS, Happening, MS, SECOND, World};
@@ -37,7 +37,7 @@ pub(crate) struct View {
 }
 
 impl View {
-    fn news(&mut self, all: Vec<News>, now: u64, coverage: &mut Coverage) -> Vec<String> {
+    fn news(&mut self, all: Vec<News>, now: u64, coverage: &mut ReachedHistories) -> Vec<String> {
         let mut violations = Vec::new();
         for news in all {
             match &news {

@@ -7,7 +7,8 @@ use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 use simulation::{
-    Scenario, SeedResult, Setup, SimulationError, Summary, missing, run, run_all, shrink, svg,
+    SeedResult, SeedSummary, Setup, SimulationError, WorldScenario, missing, run, run_all, shrink,
+    svg,
 };
 
 static SETUP: LazyLock<Setup> = LazyLock::new(|| Setup::tower(2).unwrap());
@@ -26,21 +27,21 @@ fn results(setup: &Setup, seeds: std::ops::Range<u64>) -> BTreeMap<u64, SeedResu
 #[test]
 fn a_seed_has_the_same_history_byte_for_byte() {
     for seed in 0..6 {
-        let scenario = Scenario::draw(seed, &SETUP);
+        let scenario = WorldScenario::draw(seed, &SETUP);
         let [first, second] = [(); 2].map(|()| run(&SETUP, &scenario, true).unwrap());
         assert!(first.trace.lines().len() > 50);
         assert_eq!(first.trace, second.trace, "seed {seed}");
         let without = run(&SETUP, &scenario, false).unwrap();
         assert_eq!(first.trace.hash(), without.trace.hash());
     }
-    let hashes =
-        [1, 2].map(|seed| run(&SETUP, &Scenario::draw(seed, &SETUP), false).unwrap().trace.hash());
+    let hashes = [1, 2]
+        .map(|seed| run(&SETUP, &WorldScenario::draw(seed, &SETUP), false).unwrap().trace.hash());
     assert_ne!(hashes[0], hashes[1]);
 }
 
 #[test]
 fn nothing_happens_that_must_never_happen_and_much_of_what_must_sometimes() {
-    let summary = Summary::of(&results(&SETUP, 0..150));
+    let summary = SeedSummary::of(&results(&SETUP, 0..150));
     assert_eq!(summary.violated, BTreeMap::new());
     assert_eq!((summary.seeds, summary.violations), (150, 0));
     assert!(summary.module_hours > 5.0);
@@ -52,11 +53,11 @@ fn nothing_happens_that_must_never_happen_and_much_of_what_must_sometimes() {
 fn what_is_wrong_is_found_shrunk_and_drawn() {
     let setup = SETUP.clone().with_thresholds(1e-4);
     let results = results(&setup, 0..4);
-    let summary = Summary::of(&results);
+    let summary = SeedSummary::of(&results);
     assert!(summary.violations > 0 && !summary.violated.is_empty());
     assert!(summary.in_words().contains("violations in"), "{}", summary.in_words());
     let seed = *summary.violated.keys().next().unwrap();
-    let smallest = shrink(&setup, &Scenario::draw(seed, &setup)).unwrap();
+    let smallest = shrink(&setup, &WorldScenario::draw(seed, &setup)).unwrap();
     assert_eq!((smallest.disturbances.len(), smallest.orders.len()), (0, 0), "none is needed");
     let outcome = run(&setup, &smallest, true).unwrap();
     assert!(outcome.violations[0].contains("is healthy, and latched"), "{:?}", outcome.violations);

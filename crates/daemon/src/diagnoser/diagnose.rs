@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 
 use process::{
-    ComponentStore, Context, Effect, ModuleProcess, Now, PresentComponent, ReceivedSample,
-    RecentRefusals, StatusSurroundings, StoreState, Surroundings, TICK,
+    ComponentStore, ModuleProcess, Now, PresentComponent, ProcessContext, ProcessEffect,
+    ProcessSurroundings, ReceivedSample, RecentRefusals, StatusSurroundings, StoreState, TICK,
 };
 use shell::clock;
 use shell::shutdown::Shutdown;
@@ -24,7 +24,7 @@ use super::health::LatestReport;
 use super::identify::{IdentificationReport, Identifier};
 use super::input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
 use super::peers::{PeerForces, PeerQueries, PeerTable, SharedInterlock};
-use super::publish::{ModuleOutbox, Routine};
+use super::publish::{ModuleOutbox, RoutineMessage};
 use super::store::ModuleStore;
 use crate::counters::SharedCounters;
 use crate::metrics::{AsideReport, ComponentReport, KindReport, ModuleReport};
@@ -64,7 +64,7 @@ pub(crate) struct SharedState {
     pub(crate) identifications: Arc<SharedCounters<IdentificationReport>>,
 }
 
-impl Surroundings for SharedState {
+impl ProcessSurroundings for SharedState {
     fn refusals(&self) -> RecentRefusals {
         self.receiver.refusals().clone()
     }
@@ -98,7 +98,7 @@ pub(crate) struct DiagnosisLoop {
     module: ModuleProcess<Query>,
     shared: SharedState,
     supervisor: Supervisor,
-    effects: Vec<Effect<Query>>,
+    effects: Vec<ProcessEffect<Query>>,
     queued_samples: usize,
     /// The samples in the queue are to be dropped.
     drops_samples: bool,
@@ -186,23 +186,25 @@ impl DiagnosisLoop {
     /// Gives the module an input, and carries out its effects.
     fn take<T>(
         &mut self,
-        input: impl FnOnce(&mut ModuleProcess<Query>, &mut Context<'_, Query>) -> T,
+        input: impl FnOnce(&mut ModuleProcess<Query>, &mut ProcessContext<'_, Query>) -> T,
     ) -> T {
         let now = now();
         let mut effects = std::mem::take(&mut self.effects);
         let store = self.shared.store.clone();
         let mut locked = store.lock();
         let surroundings = &self.shared;
-        let mut context = Context { now, store: &mut locked, surroundings, effects: &mut effects };
+        let mut context =
+            ProcessContext { now, store: &mut locked, surroundings, effects: &mut effects };
         let output = input(&mut self.module, &mut context);
         // Locked until events are in the queue: journal and publication keep the same order for any caller.
         let mut reports = Vec::new();
-        let others = effects
-            .extract_if(.., |effect| matches!(effect, Effect::Publish(_) | Effect::Status { .. }));
+        let others = effects.extract_if(.., |effect| {
+            matches!(effect, ProcessEffect::Publish(_) | ProcessEffect::Status { .. })
+        });
         for effect in others {
             match effect {
-                Effect::Publish(event) => self.shared.outbox.publish(event),
-                Effect::Status { reason } => {
+                ProcessEffect::Publish(event) => self.shared.outbox.publish(event),
+                ProcessEffect::Status { reason } => {
                     let status = self.status(&locked, now);
                     reports.push(self.report(status, reason, &locked.components));
                 }
@@ -216,22 +218,26 @@ impl DiagnosisLoop {
         output
     }
 
-    fn carry_out(&mut self, effect: Effect<Query>) {
+    fn carry_out(&mut self, effect: ProcessEffect<Query>) {
         let shared = &mut self.shared;
         match effect {
             // Carried out while the store is locked.
-            Effect::Publish(_) | Effect::Status { .. } => {}
-            Effect::Routine(message) => shared.outbox.routine(message),
-            Effect::Fetch(question) => shared.recovery.ask(question),
-            Effect::Ask { peer, question } => shared.queries.ask(peer, question),
-            Effect::Identify(excerpt) => shared.identifier.identify(excerpt),
-            Effect::Freeze { component, signals } => shared.freeze_frames.keep(component, signals),
-            Effect::DropQueuedSamples => self.drops_samples = true,
-            Effect::SampleRefused(reason) => {
+            ProcessEffect::Publish(_) | ProcessEffect::Status { .. } => {}
+            ProcessEffect::Routine(message) => shared.outbox.routine(message),
+            ProcessEffect::Fetch(question) => shared.recovery.ask(question),
+            ProcessEffect::Ask { peer, question } => shared.queries.ask(peer, question),
+            ProcessEffect::Identify(excerpt) => shared.identifier.identify(excerpt),
+            ProcessEffect::Freeze { component, signals } => {
+                shared.freeze_frames.keep(component, signals)
+            }
+            ProcessEffect::DropQueuedSamples => self.drops_samples = true,
+            ProcessEffect::SampleRefused(reason) => {
                 shared.receiver.note_refusal(reason, std::time::Instant::now());
             }
-            Effect::AnswerRejected { peer, reason } => shared.peers.note_rejection(&peer, reason),
-            Effect::WordBroken(peer) => shared.peers.note_dispute(&peer),
+            ProcessEffect::AnswerRejected { peer, reason } => {
+                shared.peers.note_rejection(&peer, reason)
+            }
+            ProcessEffect::WordBroken(peer) => shared.peers.note_dispute(&peer),
         }
     }
 
@@ -257,7 +263,7 @@ impl DiagnosisLoop {
 
     fn tell(&self, report: ModuleReport) {
         self.supervisor.status(&status_line::of_module(&report.status));
-        self.shared.outbox.routine(Routine::Status(Box::new(report.status.clone())));
+        self.shared.outbox.routine(RoutineMessage::Status(Box::new(report.status.clone())));
         self.shared.health.write(report);
     }
 }

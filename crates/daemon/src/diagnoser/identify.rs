@@ -12,7 +12,7 @@ use shell::supervision::{Crew, Lane};
 use vocabulary::Component;
 use vocabulary::Occurrences;
 
-use super::publish::{ModuleOutbox, Outgoing};
+use super::publish::{ModuleOutbox, OutgoingEvent};
 use crate::counters::SharedCounters;
 pub(crate) use crate::metrics::IdentificationReport;
 use diagnosis::messages::Speaker;
@@ -78,7 +78,7 @@ impl Worker {
             {
                 let message = self.speaker.identification(found, clock::unix_ns());
                 // Without room for it the next one tells the same.
-                self.outbox.event(Outgoing::Identification(Box::new(message)));
+                self.outbox.event(OutgoingEvent::Identification(Box::new(message)));
             }
             lane.rest();
         }

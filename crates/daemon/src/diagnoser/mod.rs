@@ -58,7 +58,7 @@ use health::{LatestReport, ModuleHealth};
 use identify::Identifier;
 use input::{RecoveredSamples, RecoveryQuerier, SampleReceiver};
 use peers::{LOOK_EVERY, PeerForces, PeerQueries, PeerTable, Presence, watch_cylinders};
-use publish::{EventPublisher, InputCache, ModuleOutbox, Outgoing, RoutinePublisher};
+use publish::{EventPublisher, InputCache, ModuleOutbox, OutgoingEvent, RoutinePublisher};
 use store::{JournalWriter, ModuleStore};
 
 use crate::config::DiagnoserConfig;
@@ -249,7 +249,7 @@ async fn serve(
     let (outbox, mut threads) =
         ModuleOutbox::open(store.clone(), events, routine, &crew).map_err(no_thread)?;
     threads.push(written);
-    outbox.event(Outgoing::Input(Box::new(started)));
+    outbox.event(OutgoingEvent::Input(Box::new(started)));
 
     // Peers, and other processes of this module.
     let (answers, answers_out) = mpsc::channel(ANSWER_QUEUE);

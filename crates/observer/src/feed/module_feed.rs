@@ -25,6 +25,8 @@ pub(super) const LOOK_EVERY: Duration = Duration::from_secs(10);
 
 /// A module shared by several processes is reported again only after this long without such a report.
 const SEVERAL_OVER: Duration = Duration::from_secs(60);
+/// Transitions whose times are remembered.
+const REMEMBERED: usize = 2048;
 /// Components whose latest identification is remembered.
 const COMPONENTS: usize = 1024;
 
@@ -56,15 +58,6 @@ impl LatestTransition {
     fn precedes(&self, transition: &FaultTransition) -> bool {
         transition.place() > (self.incarnation, self.sequence)
     }
-
-    /// Whether the module restarted its numbering because its state directory was wiped or it has none: the transition
-    /// has a later incarnation, or repeats a number with a later time. With the same time it is a duplicate.
-    fn is_superseded_by(&self, transition: &FaultTransition) -> bool {
-        transition.incarnation > self.incarnation
-            || (transition.incarnation == self.incarnation
-                && transition.sequence <= self.sequence
-                && transition.time_unix_ns > self.time_unix_ns)
-    }
 }
 
 /// What is known of one module's sequence.
@@ -77,6 +70,8 @@ pub(super) struct ModuleFeed {
     /// Whether the next sequence number is known: after the first answer or, without an answer, the first transition.
     is_begun: bool,
     latest: LatestTransition,
+    /// When each of the latest transitions that were handed out was published, by its number \[ns since 1970\].
+    times: BTreeMap<u64, u64>,
     /// After a restarted numbering, the time of the last transition before it: older journal entries were handed out
     /// already.
     old_until_unix_ns: u64,
@@ -114,6 +109,7 @@ impl ModuleFeed {
             filler: GapFiller::default(),
             is_begun: false,
             latest: LatestTransition::default(),
+            times: BTreeMap::new(),
             old_until_unix_ns: 0,
             present: BTreeMap::new(),
             end: 0,
@@ -156,13 +152,36 @@ impl ModuleFeed {
         self.retries.await_return(now);
     }
 
+    /// Whether the module counts again, because its state directory was wiped, it has none, or no disk had its latest
+    /// transitions: the transition has a later incarnation, or the number of another one. That its time is later says so of
+    /// numbers that are not remembered only, because clocks are set back.
+    fn is_counted_again(&self, transition: &FaultTransition) -> bool {
+        let LatestTransition { incarnation, sequence, time_unix_ns } = self.latest;
+        if transition.incarnation != incarnation || transition.sequence > sequence {
+            return transition.incarnation > incarnation;
+        }
+        match self.times.get(&transition.sequence) {
+            Some(known) => transition.time_unix_ns != *known,
+            None => transition.time_unix_ns > time_unix_ns,
+        }
+    }
+
+    /// Remembers the latest transition that was handed out.
+    fn note(&mut self, transition: &FaultTransition) {
+        self.latest = LatestTransition::of(transition);
+        self.times.insert(transition.sequence, transition.time_unix_ns);
+        while self.times.len() > REMEMBERED {
+            self.times.pop_first();
+        }
+    }
+
     /// Handles a published transition.
     pub(super) fn published(&mut self, transition: FaultTransition) -> Vec<News> {
         if self.shared {
             return self.pass(transition);
         }
         if self.is_begun {
-            if self.latest.is_superseded_by(&transition) {
+            if self.is_counted_again(&transition) {
                 self.begin_again(transition.incarnation);
             } else if !self.latest.precedes(&transition) {
                 return Vec::new();
@@ -187,7 +206,7 @@ impl ModuleFeed {
         if LatestTransition::of(&transition) == self.latest {
             return Vec::new();
         }
-        self.latest = LatestTransition::of(&transition);
+        self.note(&transition);
         (self.filler, self.is_begun) = (after(self.latest), true);
         vec![News::Fault(Box::new(transition))]
     }
@@ -279,9 +298,7 @@ impl ModuleFeed {
         if !self.is_begun {
             return self.begin();
         }
-        let latest = self.latest;
-        let mut states = self.present.values();
-        let new = states.find(|state| latest.is_superseded_by(state));
+        let new = self.present.values().find(|state| self.is_counted_again(state));
         if let Some(incarnation) = new.map(|state| state.incarnation) {
             self.begin_again(incarnation);
         }
@@ -309,7 +326,7 @@ impl ModuleFeed {
         let mut news = Vec::new();
         let published: BTreeSet<_> = self.filler.held().map(FaultTransition::place).collect();
         for state in std::mem::take(&mut self.present).into_values() {
-            self.latest = LatestTransition::of(&state);
+            self.note(&state);
             let is_event = published.contains(&state.place());
             let state = Box::new(state);
             news.push(if is_event { News::Fault(state) } else { News::Present(state) });
@@ -351,6 +368,7 @@ impl ModuleFeed {
         self.old_until_unix_ns = old_until_unix_ns;
         (self.latest.incarnation, self.latest.sequence) = (incarnation, 0);
         (self.end, self.reported) = (0, 0);
+        self.times.clear();
         (self.behind_since, self.fallen_since) = (None, None);
         self.retries.forgive();
     }
@@ -441,7 +459,7 @@ impl ModuleFeed {
             return None;
         }
         self.old_until_unix_ns = 0;
-        self.latest = LatestTransition::of(&transition);
+        self.note(&transition);
         Some(News::Fault(Box::new(transition)))
     }
 

@@ -3,13 +3,13 @@
 use diagnosis::{Action, Diagnoser, Doubt, Event, OrderToken, SampleRejection, Transition};
 use vocabulary::{Input, Obeyed, Step};
 
-use super::{Context, Effect, ModuleProcess, publish};
+use super::{ModuleProcess, ProcessContext, ProcessEffect, publish};
 use crate::outgoing::{Outgoing, Routine};
 use crate::pending_replies::PendingOrder;
 use crate::record::JournalRecord;
 
 impl<Q> ModuleProcess<Q> {
-    pub(super) fn handle(&mut self, event: Event, context: &mut Context<'_, Q>) {
+    pub(super) fn handle(&mut self, event: Event, context: &mut ProcessContext<'_, Q>) {
         // Before what comes of it.
         let input = self.numbering.event(&event, &self.diagnoser, context.now.unix_ns);
         tell_input(input, context);
@@ -17,14 +17,14 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// No sample follows for now.
-    pub(super) fn end_freeze_frames(&mut self, context: &mut Context<'_, Q>) {
+    pub(super) fn end_freeze_frames(&mut self, context: &mut ProcessContext<'_, Q>) {
         self.act(Diagnoser::end_freeze_frames, context);
     }
 
     fn act(
         &mut self,
         act: impl FnOnce(&mut Diagnoser, &mut Vec<Action>),
-        context: &mut Context<'_, Q>,
+        context: &mut ProcessContext<'_, Q>,
     ) {
         let mut actions = std::mem::take(&mut self.actions);
         act(&mut self.diagnoser, &mut actions);
@@ -34,7 +34,7 @@ impl<Q> ModuleProcess<Q> {
         self.actions = actions;
     }
 
-    fn carry_out(&mut self, action: Action, context: &mut Context<'_, Q>) {
+    fn carry_out(&mut self, action: Action, context: &mut ProcessContext<'_, Q>) {
         let now = context.now;
         let input = self.numbering.action(&action, &self.diagnoser, now.unix_ns);
         tell_input(input, context);
@@ -47,17 +47,17 @@ impl<Q> ModuleProcess<Q> {
                 context.store.record(JournalRecord::Change { run, change }, now.at);
             }
             Action::Publish(transition) => self.transition(transition, context),
-            Action::Identify(excerpt) => context.effects.push(Effect::Identify(excerpt)),
+            Action::Identify(excerpt) => context.effects.push(ProcessEffect::Identify(excerpt)),
             Action::Freeze { component, signals } => {
-                context.effects.push(Effect::Freeze { component, signals });
+                context.effects.push(ProcessEffect::Freeze { component, signals });
             }
             Action::Ask { peer, question } => {
                 self.query_pause.begin(&peer, now.at);
-                context.effects.push(Effect::Ask { peer, question });
+                context.effects.push(ProcessEffect::Ask { peer, question });
             }
             Action::Answer { token, answer } => {
                 if let Some(query) = self.pending.take_question(token) {
-                    context.effects.push(Effect::Routine(Routine::Answer { query, answer }));
+                    context.effects.push(ProcessEffect::Routine(Routine::Answer { query, answer }));
                 }
             }
             Action::Refuse { token, refusal } => {
@@ -84,12 +84,12 @@ impl<Q> ModuleProcess<Q> {
             Action::AnswerRejected { peer, failure } => {
                 tracing::warn!(%peer, "answer not used: {failure}");
                 let reason = failure.to_string();
-                context.effects.push(Effect::AnswerRejected { peer, reason });
+                context.effects.push(ProcessEffect::AnswerRejected { peer, reason });
             }
             Action::WordBroken { component, by } => {
                 tracing::warn!(%component, %by, "disputed: explained by {by}, but {} raises no alarm \
                     for it", by.module);
-                context.effects.push(Effect::WordBroken(by.module));
+                context.effects.push(ProcessEffect::WordBroken(by.module));
             }
             Action::Restarted { component, violation } => {
                 let step = self.diagnoser.last_step().unwrap_or_default();
@@ -101,19 +101,24 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Does not answer a question.
-    pub(super) fn refuse(&mut self, query: Q, reason: String, context: &mut Context<'_, Q>) {
+    pub(super) fn refuse(&mut self, query: Q, reason: String, context: &mut ProcessContext<'_, Q>) {
         self.inquiries.refused += 1;
-        context.effects.push(Effect::Routine(Routine::Refusal { query, reason }));
+        context.effects.push(ProcessEffect::Routine(Routine::Refusal { query, reason }));
     }
 
     /// Does not carry out an order.
-    pub(super) fn refuse_order(&mut self, query: Q, reason: String, context: &mut Context<'_, Q>) {
+    pub(super) fn refuse_order(
+        &mut self,
+        query: Q,
+        reason: String,
+        context: &mut ProcessContext<'_, Q>,
+    ) {
         // An order refused is a question refused.
         self.inquiries.orders_refused += 1;
         self.refuse(query, reason, context);
     }
 
-    fn transition(&self, transition: Transition, context: &mut Context<'_, Q>) {
+    fn transition(&self, transition: Transition, context: &mut ProcessContext<'_, Q>) {
         let mut message = self.speaker.transition(transition, context.now.unix_ns);
         if let Some(Doubt::Silent(peers)) = message.verdict.doubt() {
             let why = peers.iter().map(|peer| context.surroundings.why_silent(peer));
@@ -133,7 +138,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// The reply goes the way of the transition, which learns whether the journal has it.
-    fn obeyed(&mut self, token: OrderToken, sequence: u64, context: &mut Context<'_, Q>) {
+    fn obeyed(&mut self, token: OrderToken, sequence: u64, context: &mut ProcessContext<'_, Q>) {
         let Some(PendingOrder { query, is_of_module }) = self.pending.take_order(token) else {
             return;
         };
@@ -151,7 +156,7 @@ impl<Q> ModuleProcess<Q> {
         &mut self,
         step: Step,
         rejection: SampleRejection,
-        context: &mut Context<'_, Q>,
+        context: &mut ProcessContext<'_, Q>,
     ) {
         let [lengths, steps] = &self.rejections;
         let occurrences = match rejection {
@@ -161,12 +166,12 @@ impl<Q> ModuleProcess<Q> {
         if let Some(times) = occurrences.note(context.now.at) {
             tracing::warn!(%step, times, "sample not used: {rejection}");
         }
-        context.effects.push(Effect::SampleRefused(rejection.to_string()));
+        context.effects.push(ProcessEffect::SampleRefused(rejection.to_string()));
     }
 }
 
 /// Its number shows whether one is lost.
-fn tell_input<Q>(input: Option<Input>, context: &mut Context<'_, Q>) {
+fn tell_input<Q>(input: Option<Input>, context: &mut ProcessContext<'_, Q>) {
     if let Some(input) = input {
         publish(Outgoing::Input(Box::new(input)), context);
     }

@@ -81,7 +81,7 @@ pub struct Now {
 }
 
 /// What the process knows beside the module: read when it is needed.
-pub trait Surroundings {
+pub trait ProcessSurroundings {
     /// The latest samples that were refused.
     fn refusals(&self) -> RecentRefusals;
     /// May another cylinder be shut off, beside the module's own?
@@ -96,20 +96,20 @@ pub trait Surroundings {
 }
 
 /// What an input meets: the clocks, the store and the surroundings; and where its effects go.
-pub struct Context<'a, Q> {
+pub struct ProcessContext<'a, Q> {
     /// The time of the input.
     pub now: Now,
     /// What the process knows and keeps.
     pub store: &'a mut StoreState,
     /// The rest of the process.
-    pub surroundings: &'a dyn Surroundings,
+    pub surroundings: &'a dyn ProcessSurroundings,
     /// Appended to, in the order in which they are to be carried out.
-    pub effects: &'a mut Vec<Effect<Q>>,
+    pub effects: &'a mut Vec<ProcessEffect<Q>>,
 }
 
 /// What is to be done.
 #[derive(Debug)]
-pub enum Effect<Q> {
+pub enum ProcessEffect<Q> {
     /// An event, stored already, is published once the disk has it. Those of one store keep their order.
     Publish(QueuedEvent<Q>),
     /// A message that may be dropped goes out.
@@ -284,7 +284,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Diagnoses what is there to be diagnosed, some of it at a time. Returns whether there may be more.
-    pub fn advance(&mut self, context: &mut Context<'_, Q>) -> bool {
+    pub fn advance(&mut self, context: &mut ProcessContext<'_, Q>) -> bool {
         for _ in 0..AT_A_TIME {
             if self.query_pause.until().is_some() {
                 return false;
@@ -293,7 +293,7 @@ impl<Q> ModuleProcess<Q> {
             match self.sequencer.next(last, context.now.at) {
                 Some(SequencerStep::Process(arrival)) => self.take_sample(arrival, context),
                 Some(SequencerStep::Fetch(question)) => {
-                    context.effects.push(Effect::Fetch(question));
+                    context.effects.push(ProcessEffect::Fetch(question));
                 }
                 None => return false,
             }
@@ -301,7 +301,7 @@ impl<Q> ModuleProcess<Q> {
         true
     }
 
-    fn take_sample(&mut self, arrival: ReceivedSample, context: &mut Context<'_, Q>) {
+    fn take_sample(&mut self, arrival: ReceivedSample, context: &mut ProcessContext<'_, Q>) {
         let ReceivedSample { sample, time_unix_ns, received } = arrival;
         self.note_backlog(received, context.now.at);
         let used_before = self.diagnoser.counters().samples;
@@ -325,7 +325,7 @@ impl<Q> ModuleProcess<Q> {
         self.tell_phase(context);
     }
 
-    fn note_conditions(&self, context: &mut Context<'_, Q>) {
+    fn note_conditions(&self, context: &mut ProcessContext<'_, Q>) {
         let conditions = self.diagnoser.conditions().cloned();
         context.store.components.conditions(conditions, context.now.unix_ns);
     }
@@ -337,7 +337,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Why it is in this phase.
-    fn reason(&self, phase: ModulePhase, context: &Context<'_, Q>) -> String {
+    fn reason(&self, phase: ModulePhase, context: &ProcessContext<'_, Q>) -> String {
         self.staleness.reason(phase, &context.surroundings.refusals(), context.now.at)
     }
 
@@ -358,7 +358,7 @@ impl<Q> ModuleProcess<Q> {
     /// Drops the backlog when samples had to be dropped, or have been diagnosed too late for a
     /// while: what is diagnosed must be the present. A process that was frozen finds an old sample and a
     /// gap behind it: what the publisher still has is waited for.
-    fn resynchronise(&mut self, overflown: bool, context: &mut Context<'_, Q>) {
+    fn resynchronise(&mut self, overflown: bool, context: &mut ProcessContext<'_, Q>) {
         let now = context.now.at;
         let behind = !self.sequencer.is_owed()
             && self.behind_since.is_some_and(|since| now.duration_since(since) >= BEHIND_FOR);
@@ -366,7 +366,7 @@ impl<Q> ModuleProcess<Q> {
             return;
         }
         let thrown = self.sequencer.clear(now);
-        context.effects.push(Effect::DropQueuedSamples);
+        context.effects.push(ProcessEffect::DropQueuedSamples);
         self.behind_since = None;
         self.intake.dropped += thrown as u64;
         self.intake.resynchronised += 1;
@@ -378,7 +378,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Divergences, corrected readings and progress, when they are due and have subscribers.
-    fn publish_routinely(&mut self, changed: bool, context: &mut Context<'_, Q>) {
+    fn publish_routinely(&mut self, changed: bool, context: &mut ProcessContext<'_, Q>) {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
@@ -386,11 +386,11 @@ impl<Q> ModuleProcess<Q> {
         let due_now = changed || due(step, self.settings.divergence_every_steps);
         if due_now && context.surroundings.is_subscribed(&Topic::Divergence) {
             let message = self.speaker.divergences((run, step), &self.diagnoser, now_unix_ns);
-            context.effects.push(Effect::Routine(Routine::Divergences(message)));
+            context.effects.push(ProcessEffect::Routine(Routine::Divergences(message)));
         }
         if context.surroundings.is_subscribed(&Topic::Corrected) {
             let message = self.speaker.corrected((run, step), &self.diagnoser, now_unix_ns);
-            context.effects.push(Effect::Routine(Routine::Corrected(message)));
+            context.effects.push(ProcessEffect::Routine(Routine::Corrected(message)));
         }
         if due(step.plus(1), self.settings.progress_every_steps) {
             self.send_progress(context);
@@ -398,7 +398,12 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// A peer asks.
-    pub fn question(&mut self, question: StateQuestion, query: Q, context: &mut Context<'_, Q>) {
+    pub fn question(
+        &mut self,
+        question: StateQuestion,
+        query: Q,
+        context: &mut ProcessContext<'_, Q>,
+    ) {
         if self.staleness.is_stale() && Some(question.as_of) > self.diagnoser.last_step() {
             let reason = self.reason(ModulePhase::Stale, context);
             self.refuse(query, reason, context);
@@ -422,7 +427,7 @@ impl<Q> ModuleProcess<Q> {
         kind: OrderKind,
         order: &Order,
         query: Q,
-        context: &mut Context<'_, Q>,
+        context: &mut ProcessContext<'_, Q>,
     ) {
         let components = match self.concerned(kind, order, context) {
             Ok(components) => components,
@@ -448,7 +453,7 @@ impl<Q> ModuleProcess<Q> {
         &self,
         kind: OrderKind,
         order: &Order,
-        context: &Context<'_, Q>,
+        context: &ProcessContext<'_, Q>,
     ) -> Result<Vec<Component>, String> {
         let Some(mention) = &order.component else {
             return self.concerned_of_module(kind);
@@ -482,7 +487,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Shelvings and suppressions expire, whether samples come or not.
-    fn end_shelvings(&mut self, context: &mut Context<'_, Q>) {
+    fn end_shelvings(&mut self, context: &mut ProcessContext<'_, Q>) {
         for (component, order) in self.diagnoser.lapses(context.now.unix_ns) {
             self.handle(Event::Ordered { token: UNAWAITED, component, order }, context);
             self.status_is_due = true;
@@ -490,7 +495,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// A peer's answer, that none comes, or that a peer is back.
-    pub fn answer(&mut self, event: Event, context: &mut Context<'_, Q>) {
+    pub fn answer(&mut self, event: Event, context: &mut ProcessContext<'_, Q>) {
         let ended = match &event {
             Event::Answered(answer) => Some((answer.module.clone(), true)),
             Event::Unanswered { peer, .. } => Some((peer.clone(), false)),
@@ -508,14 +513,14 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Peers that did not answer are queried again, whether samples come or not.
-    fn ask_again(&mut self, context: &mut Context<'_, Q>) {
+    fn ask_again(&mut self, context: &mut ProcessContext<'_, Q>) {
         for peer in self.retries.over(context.now.at) {
             self.handle(Event::Returned { peer }, context);
         }
     }
 
     /// Time has passed. `overflown`: a sample was dropped outside since the last time.
-    pub fn tick(&mut self, overflown: bool, context: &mut Context<'_, Q>) {
+    pub fn tick(&mut self, overflown: bool, context: &mut ProcessContext<'_, Q>) {
         let now = context.now;
         self.resynchronise(overflown, context);
         if self.staleness.look(now.at, now.unix_ns) {
@@ -543,13 +548,13 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// No input follows.
-    pub fn finish(&mut self, context: &mut Context<'_, Q>) {
+    pub fn finish(&mut self, context: &mut ProcessContext<'_, Q>) {
         self.end_freeze_frames(context);
         self.send_status(context);
     }
 
     /// Publishes the phase when it changes.
-    fn tell_phase(&mut self, context: &mut Context<'_, Q>) {
+    fn tell_phase(&mut self, context: &mut ProcessContext<'_, Q>) {
         let phase = self.phase();
         let Some(before) = self.staleness.change_to(phase) else { return };
         let reason = self.reason(phase, context);
@@ -559,7 +564,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Publishes which components cannot be monitored when that changes.
-    fn tell_monitored(&mut self, context: &mut Context<'_, Q>) {
+    fn tell_monitored(&mut self, context: &mut ProcessContext<'_, Q>) {
         if self.phase() != ModulePhase::InService {
             return;
         }
@@ -582,7 +587,7 @@ impl<Q> ModuleProcess<Q> {
         not_monitored: BTreeMap<ComponentPath, String>,
         reason: String,
         since: ClockReading,
-        context: &mut Context<'_, Q>,
+        context: &mut ProcessContext<'_, Q>,
     ) {
         let phase = self.phase();
         let ClockReading { step, time_unix_ns, .. } = since;
@@ -614,7 +619,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Shuts off what is known to be hard over, unless an operator has put it back.
-    fn shut_off_by_itself(&mut self, context: &mut Context<'_, Q>) {
+    fn shut_off_by_itself(&mut self, context: &mut ProcessContext<'_, Q>) {
         for cylinder in self.cylinders(context.store) {
             if cylinder.ability != Ability::HardOver || !cylinder.decided {
                 continue;
@@ -643,7 +648,7 @@ impl<Q> ModuleProcess<Q> {
     }
 
     /// Publishes what cylinders can do when that changes, or when it is due.
-    fn tell_capability(&mut self, due: bool, context: &mut Context<'_, Q>) {
+    fn tell_capability(&mut self, due: bool, context: &mut ProcessContext<'_, Q>) {
         let cylinders = self.cylinders(context.store);
         if cylinders == self.last_capability && !due {
             return;
@@ -652,11 +657,11 @@ impl<Q> ModuleProcess<Q> {
         let Speaker { structure, module, .. } = self.speaker.clone();
         let time_unix_ns = context.now.unix_ns;
         let message = Capability { structure, module, cylinders, time_unix_ns };
-        context.effects.push(Effect::Routine(Routine::Capability(message)));
+        context.effects.push(ProcessEffect::Routine(Routine::Capability(message)));
     }
 
     /// Expired queries are refused; all of them if samples have stopped.
-    fn give_up_questions(&mut self, context: &mut Context<'_, Q>) {
+    fn give_up_questions(&mut self, context: &mut ProcessContext<'_, Q>) {
         let stale = self.staleness.is_stale();
         let hold = self.pending.hold();
         for token in self.pending.expired(context.now.at, stale) {
@@ -674,7 +679,7 @@ impl<Q> ModuleProcess<Q> {
 
     /// A plant in lock step must receive the last step even if it is not a multiple of the interval, or if the message
     /// was dropped.
-    fn repeat_progress(&mut self, context: &mut Context<'_, Q>) {
+    fn repeat_progress(&mut self, context: &mut ProcessContext<'_, Q>) {
         let now = context.now.at;
         let stale = match (&self.last_progress, self.diagnoser.last_step()) {
             (_, None) => false,
@@ -688,7 +693,7 @@ impl<Q> ModuleProcess<Q> {
         }
     }
 
-    fn send_progress(&mut self, context: &mut Context<'_, Q>) {
+    fn send_progress(&mut self, context: &mut ProcessContext<'_, Q>) {
         let (Some(run), Some(step)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
@@ -697,12 +702,12 @@ impl<Q> ModuleProcess<Q> {
         }
         let progress = Progress { run, step };
         self.last_progress = Some((progress, context.now.at));
-        context.effects.push(Effect::Routine(Routine::Progress(progress)));
+        context.effects.push(ProcessEffect::Routine(Routine::Progress(progress)));
     }
 
     /// Remembers how far every channel was watched. Changes of the last few steps are not in the journal
     /// yet, so these steps do not count.
-    fn note_watch(&mut self, context: &mut Context<'_, Q>) {
+    fn note_watch(&mut self, context: &mut ProcessContext<'_, Q>) {
         let (Some(run), Some(last)) = (self.diagnoser.run(), self.diagnoser.last_step()) else {
             return;
         };
@@ -722,19 +727,19 @@ impl<Q> ModuleProcess<Q> {
         self.last_watch = Some(watch);
     }
 
-    fn send_status(&self, context: &mut Context<'_, Q>) {
+    fn send_status(&self, context: &mut ProcessContext<'_, Q>) {
         let phase = self.phase();
         let reason = self.reason(phase, context);
         // For replies, which name the reason as long as the module is not in service.
         context.store.components.monitored(phase, reason.clone(), context.now.unix_ns);
-        context.effects.push(Effect::Status { reason });
+        context.effects.push(ProcessEffect::Status { reason });
     }
 }
 
 /// Stores an event and has it published. Both in one order.
-fn publish<Q>(event: Outgoing<Q>, context: &mut Context<'_, Q>) {
+fn publish<Q>(event: Outgoing<Q>, context: &mut ProcessContext<'_, Q>) {
     let queued = context.store.enter(event, context.now.at);
-    context.effects.extend(queued.map(Effect::Publish));
+    context.effects.extend(queued.map(ProcessEffect::Publish));
 }
 
 fn due(step: Step, every: u64) -> bool {

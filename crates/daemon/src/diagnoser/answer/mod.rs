@@ -29,7 +29,7 @@ use vocabulary::{InquiryCounters, QuestionError, StateQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
-use super::publish::{ModuleOutbox, Routine};
+use super::publish::{ModuleOutbox, RoutineMessage};
 use super::store::ModuleStore;
 use crate::counters::SharedCounters;
 use crate::messages::{TOO_MANY_QUESTIONS, refuse};
@@ -149,12 +149,12 @@ fn take_state(
                 counters.count(|counters| counters.turned_away += 1);
                 let StateInquiry { query, .. } = error.into_inner();
                 let reason = TOO_MANY_QUESTIONS.to_owned();
-                outbox.routine(Routine::Refusal { query, reason });
+                outbox.routine(RoutineMessage::Refusal { query, reason });
             }
         }
         Err(error) => {
             counters.count(|counters| counters.malformed += 1);
-            outbox.routine(Routine::Refusal { query, reason: error.to_string() });
+            outbox.routine(RoutineMessage::Refusal { query, reason: error.to_string() });
         }
     }
 }

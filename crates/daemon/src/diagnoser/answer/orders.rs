@@ -12,7 +12,7 @@ use zenoh::Session;
 use zenoh::query::{Query, Queryable};
 
 use super::SharedInquiryCounters;
-use crate::diagnoser::publish::{ModuleOutbox, Routine};
+use crate::diagnoser::publish::{ModuleOutbox, RoutineMessage};
 use diagnosis::messages::Speaker;
 
 /// An order and where the reply goes.
@@ -63,12 +63,12 @@ fn take(
                 counters.count(|counters| counters.turned_away += 1);
                 let OrderInquiry { query, .. } = error.into_inner();
                 let reason = "command queue full; retry".to_owned();
-                outbox.routine(Routine::Refusal { query, reason });
+                outbox.routine(RoutineMessage::Refusal { query, reason });
             }
         }
         Err(reason) => {
             counters.count(|counters| counters.malformed += 1);
-            outbox.routine(Routine::Refusal { query, reason });
+            outbox.routine(RoutineMessage::Refusal { query, reason });
         }
     }
 }

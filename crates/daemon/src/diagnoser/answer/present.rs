@@ -19,7 +19,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::SharedInquiryCounters;
-use crate::diagnoser::publish::{ModuleOutbox, Routine};
+use crate::diagnoser::publish::{ModuleOutbox, RoutineMessage};
 use crate::diagnoser::store::ModuleStore;
 use crate::messages::{TOO_MANY_QUESTIONS, put};
 
@@ -165,7 +165,7 @@ async fn queryable(
             let Ok(place) = Arc::clone(&places).try_acquire_owned() else {
                 counters.count(|counters| counters.turned_away += 1);
                 let reason = TOO_MANY_QUESTIONS.to_owned();
-                outbox.routine(Routine::Refusal { query, reason });
+                outbox.routine(RoutineMessage::Refusal { query, reason });
                 return;
             };
             // There is room for as many as there are places.

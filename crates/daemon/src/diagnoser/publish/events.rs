@@ -24,10 +24,10 @@ use crate::messages::{put, reply};
 use diagnosis::messages::Speaker;
 
 /// Something that must not be lost.
-pub(crate) type Outgoing = process::Outgoing<Query>;
+pub(crate) type OutgoingEvent = process::Outgoing<Query>;
 
 /// An event that is in the store.
-pub(crate) type QueuedEvent = process::QueuedEvent<Query>;
+pub(crate) type WaitingEvent = process::QueuedEvent<Query>;
 
 /// The publishers of a component's messages.
 struct ComponentPublishers {
@@ -92,25 +92,25 @@ impl EventPublisher {
     }
 
     /// Publishes events until every sender is gone.
-    pub(super) fn run(self, queue: &Receiver<QueuedEvent>, lane: &Lane) {
+    pub(super) fn run(self, queue: &Receiver<WaitingEvent>, lane: &Lane) {
         publish(queue, &self.store, lane, |event| self.send(event));
     }
 
-    fn send(&self, event: Outgoing) {
+    fn send(&self, event: OutgoingEvent) {
         match event {
-            Outgoing::Fault(transition) => self.fault(&transition),
-            Outgoing::Identification(found) => {
+            OutgoingEvent::Fault(transition) => self.fault(&transition),
+            OutgoingEvent::Identification(found) => {
                 self.identifications.count(|counters| counters.published += 1);
                 tell(&found);
                 self.identification(&found);
             }
-            Outgoing::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
-            Outgoing::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
-            Outgoing::Obeyed { query, obeyed } => {
+            OutgoingEvent::Change(change) => put(&*change, |bytes| self.changes.put(bytes).wait()),
+            OutgoingEvent::Phase(change) => put(&*change, |bytes| self.phases.put(bytes).wait()),
+            OutgoingEvent::Obeyed { query, obeyed } => {
                 reply(&query, &obeyed);
                 self.inquiries.count(|counters| counters.answered += 1);
             }
-            Outgoing::Input(input) => self.inputs.tell(&input),
+            OutgoingEvent::Input(input) => self.inputs.tell(&input),
         }
     }
 
@@ -134,12 +134,12 @@ impl EventPublisher {
 
 /// Publishes events in their order, each once the disk has it or is given up.
 pub(super) fn publish(
-    queue: &Receiver<QueuedEvent>,
+    queue: &Receiver<WaitingEvent>,
     store: &ModuleStore,
     lane: &Lane,
-    send: impl Fn(Outgoing),
+    send: impl Fn(OutgoingEvent),
 ) {
-    while let Ok(QueuedEvent { mut event, ticket }) = queue.recv() {
+    while let Ok(WaitingEvent { mut event, ticket }) = queue.recv() {
         lane.begin();
         event.set_durable(store.wait_for(ticket));
         send(event);

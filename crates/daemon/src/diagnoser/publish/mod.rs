@@ -27,11 +27,11 @@ use zenoh::pubsub::Publisher;
 use super::store::ModuleStore;
 use crate::counters::SharedCounters;
 
-pub(crate) use events::{EventPublisher, Outgoing};
+pub(crate) use events::{EventPublisher, OutgoingEvent};
 pub(crate) use inputs::InputCache;
-pub(crate) use routine::{Audiences, Routine, RoutinePublisher};
+pub(crate) use routine::{Audiences, RoutineMessage, RoutinePublisher};
 
-use events::QueuedEvent;
+use events::WaitingEvent;
 
 const QUEUE: usize = 8192;
 /// Room that refusals leave to answers and status: malformed queries crowd nothing out.
@@ -41,8 +41,8 @@ const KEPT_FREE: usize = QUEUE - 1024;
 /// writes the journal too.
 #[derive(Debug, Clone)]
 pub(crate) struct ModuleOutbox {
-    events: SyncSender<QueuedEvent>,
-    routine: mpsc::Sender<Routine>,
+    events: SyncSender<WaitingEvent>,
+    routine: mpsc::Sender<RoutineMessage>,
     /// The subscribers of frequent messages; without any, these need not be handed in.
     pub(crate) audiences: Audiences,
     shared: Arc<SharedOutbox>,
@@ -82,8 +82,8 @@ impl ModuleOutbox {
 
     fn new(
         store: ModuleStore,
-        events: SyncSender<QueuedEvent>,
-        routine: mpsc::Sender<Routine>,
+        events: SyncSender<WaitingEvent>,
+        routine: mpsc::Sender<RoutineMessage>,
         audiences: Audiences,
     ) -> Self {
         let (counters, losses) = (SharedCounters::default(), Occurrences::default());
@@ -96,7 +96,7 @@ impl ModuleOutbox {
     }
 
     /// Hands an event to the store, then queues it for publishing.
-    pub(crate) fn event(&self, event: Outgoing) {
+    pub(crate) fn event(&self, event: OutgoingEvent) {
         let store = &self.shared.store;
         // Locked until the event is in both queues: journal and publication keep the same order for any caller.
         let mut state = store.lock();
@@ -108,8 +108,8 @@ impl ModuleOutbox {
 
     /// Queues an event that is in the store for publishing. If the network has been stalled for so long that the queue
     /// is full, the event is dropped for subscribers and counted; queries still return it.
-    pub(crate) fn publish(&self, queued: QueuedEvent) {
-        let is_reply = matches!(queued.event, Outgoing::Obeyed { .. });
+    pub(crate) fn publish(&self, queued: WaitingEvent) {
+        let is_reply = matches!(queued.event, OutgoingEvent::Obeyed { .. });
         self.shared.counters.count(|counters| counters.events += u64::from(!is_reply));
         if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) =
             self.events.try_send(queued)
@@ -130,10 +130,10 @@ impl ModuleOutbox {
     }
 
     /// Queues a routine message, or drops it if the queue is full; dropped replies are counted.
-    pub(crate) fn routine(&self, message: Routine) {
+    pub(crate) fn routine(&self, message: RoutineMessage) {
         let (reply, room) = match message {
-            Routine::Refusal { .. } => (true, self.routine.capacity() > KEPT_FREE),
-            Routine::Answer { .. } => (true, true),
+            RoutineMessage::Refusal { .. } => (true, self.routine.capacity() > KEPT_FREE),
+            RoutineMessage::Answer { .. } => (true, true),
             _ => (false, true),
         };
         let taken = room && self.routine.try_send(message).is_ok();

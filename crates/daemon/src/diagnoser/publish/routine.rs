@@ -18,7 +18,7 @@ use crate::messages::{put, refuse, reply};
 use diagnosis::messages::Speaker;
 
 /// Something that is superseded soon, or asked for again.
-pub(crate) type Routine = process::Routine<Query>;
+pub(crate) type RoutineMessage = process::Routine<Query>;
 
 /// What the thread owns.
 pub(crate) struct RoutinePublisher {
@@ -68,7 +68,7 @@ impl RoutinePublisher {
     }
 
     /// Carries messages until every sender is gone.
-    pub(crate) fn run(&self, mut queue: mpsc::Receiver<Routine>, lane: &Lane) {
+    pub(crate) fn run(&self, mut queue: mpsc::Receiver<RoutineMessage>, lane: &Lane) {
         while let Some(message) = queue.blocking_recv() {
             lane.begin();
             self.carry(message);
@@ -76,22 +76,28 @@ impl RoutinePublisher {
         }
     }
 
-    fn carry(&self, message: Routine) {
+    fn carry(&self, message: RoutineMessage) {
         match message {
-            Routine::Divergences(message) => {
+            RoutineMessage::Divergences(message) => {
                 put(&message, |bytes| self.divergences.put(bytes).wait());
             }
-            Routine::Corrected(message) => put(&message, |bytes| self.corrected.put(bytes).wait()),
-            Routine::Capability(message) => {
+            RoutineMessage::Corrected(message) => {
+                put(&message, |bytes| self.corrected.put(bytes).wait())
+            }
+            RoutineMessage::Capability(message) => {
                 put(&message, |bytes| self.capability.put(bytes).wait());
             }
-            Routine::Status(message) => put(&*message, |bytes| self.status.put(bytes).wait()),
-            Routine::Progress(message) => put(&message, |bytes| self.progress.put(bytes).wait()),
-            Routine::Answer { query, answer } => {
+            RoutineMessage::Status(message) => {
+                put(&*message, |bytes| self.status.put(bytes).wait())
+            }
+            RoutineMessage::Progress(message) => {
+                put(&message, |bytes| self.progress.put(bytes).wait())
+            }
+            RoutineMessage::Answer { query, answer } => {
                 reply(&query, &answer);
                 self.inquiries.count(|counters| counters.answered += 1);
             }
-            Routine::Refusal { query, reason } => refuse(&query, reason),
+            RoutineMessage::Refusal { query, reason } => refuse(&query, reason),
         }
     }
 }

@@ -11,7 +11,7 @@ pub(crate) fn speaker() -> Speaker {
 }
 
 /// With room for so many events.
-pub(crate) fn outbox(store: ModuleStore, room: usize) -> (ModuleOutbox, Receiver<QueuedEvent>) {
+pub(crate) fn outbox(store: ModuleStore, room: usize) -> (ModuleOutbox, Receiver<WaitingEvent>) {
     let (events, events_out) = sync_channel(room);
     let (routine, _) = mpsc::channel(1);
     let audiences = Audiences {

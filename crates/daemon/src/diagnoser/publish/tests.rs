@@ -14,13 +14,13 @@ use crate::diagnoser::store::JournalWriter;
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
-fn latched(sequence: u64) -> Outgoing {
+fn latched(sequence: u64) -> OutgoingEvent {
     let untouched = speaker().untouched(&"sensor/g1".parse().unwrap(), 0);
     let verdict = vocabulary::Verdict::Latched;
-    Outgoing::Fault(Box::new(FaultTransition { sequence, verdict, ..untouched }))
+    OutgoingEvent::Fault(Box::new(FaultTransition { sequence, verdict, ..untouched }))
 }
 
-fn identification() -> Outgoing {
+fn identification() -> OutgoingEvent {
     let found = diagnosis::identification::IdentificationResult {
         run: RunId(1),
         sequence: 1,
@@ -29,11 +29,11 @@ fn identification() -> Outgoing {
         candidates: Vec::new(),
         signature: Vec::new(),
     };
-    Outgoing::Identification(Box::new(speaker().identification(found, 0)))
+    OutgoingEvent::Identification(Box::new(speaker().identification(found, 0)))
 }
 
-fn input(number: u64) -> Outgoing {
-    Outgoing::Input(Box::new(Input {
+fn input(number: u64) -> OutgoingEvent {
+    OutgoingEvent::Input(Box::new(Input {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),
         process: 1,
@@ -46,8 +46,8 @@ fn input(number: u64) -> Outgoing {
     }))
 }
 
-fn phase() -> Outgoing {
-    Outgoing::Phase(Box::new(PhaseChange {
+fn phase() -> OutgoingEvent {
+    OutgoingEvent::Phase(Box::new(PhaseChange {
         structure: "tower".parse().unwrap(),
         module: "module1".parse().unwrap(),
         phase: ModulePhase::InService,
@@ -87,7 +87,7 @@ fn a_network_that_takes_nothing_holds_up_no_journal_and_no_order_is_changed() {
     let (open, gate) = std::sync::mpsc::channel::<()>();
     let ended = crew.thread("events", move |lane| {
         publish(&events, &store, lane, |event| {
-            let Outgoing::Fault(transition) = event else { return };
+            let OutgoingEvent::Fault(transition) = event else { return };
             putting.send((transition.sequence, transition.durable)).unwrap();
             gate.recv().unwrap();
         });
@@ -120,7 +120,7 @@ fn without_a_disk_faults_are_published_and_say_so() {
     let (store, written) = journal(&state);
     let (outbox, events) = outbox(store.clone(), 16);
     outbox.event(latched(1));
-    let QueuedEvent { ticket, .. } = events.recv_timeout(PATIENCE).unwrap();
+    let WaitingEvent { ticket, .. } = events.recv_timeout(PATIENCE).unwrap();
     assert!(!store.wait_for(ticket));
     drop(outbox);
     written.join().unwrap();
