@@ -309,6 +309,26 @@ fn a_late_question_gets_the_same_answer_as_one_in_time() {
     assert_eq!(ask(&mut bench, 2), early);
 }
 
+/// As of a step before that at which it was decided, it was not decided yet, whenever that is asked.
+#[test]
+fn what_was_judged_later_is_said_to_be_pending_as_of_before() {
+    let mut bench = Bench::alone(Rule::FirstChange);
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 500);
+    let latched = (*bench.transitions().last().unwrap()).clone();
+    assert_eq!(latched.verdict, Verdict::Latched);
+    let mut as_of = |as_of: Step| {
+        bench.actions.clear();
+        let question = StateQuestion { run: RunId(1), from: Step(0), as_of, window: None };
+        bench.give(Event::Asked { token: QuestionToken(1), question });
+        let Action::Answer { answer, .. } = &bench.actions[0] else { panic!() };
+        (answer.pending.clone(), answer.alarms.len())
+    };
+    assert_eq!(as_of(latched.detection), (vec![latched.component.clone()], 0));
+    assert_eq!(as_of(latched.detection.minus(1)), (vec![], 0));
+    assert_eq!(as_of(latched.decided.plus(1)), (vec![], 1));
+}
+
 #[test]
 fn questions_that_cannot_be_answered_are_refused_with_the_reason() {
     let mut bench = Bench::new("lower", Rule::FirstChange);

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `setup` | the structure, calibrated and commissioned once |
 //! | `scenario` | what happens in a world, drawn from its seed |
-//! | `world` | the queue of what happens, and what carries out effects |
+//! | `world` | the queue of events; a file each for the structure, the computers, what goes out, queries, disturbances |
 //! | `module`, `disk` | a module's computer |
 //! | `view` | a view that watches from outside |
 //! | `check` | what must never happen |

@@ -427,6 +427,22 @@ fn a_number_given_again_after_a_crash_is_handed_out_and_those_before_it_are_not(
     assert_eq!(bench.missed, []);
 }
 
+/// Its clock was set back before the third transition; then it restarts, and publishes again what it knows.
+#[test]
+fn a_module_whose_clock_was_set_back_does_not_count_again() {
+    let mut bench = Bench::at(2);
+    bench.published(at(3, 50));
+    for restarted in [transition(1), transition(2), at(3, 50)] {
+        bench.published(restarted);
+    }
+    bench.token(false);
+    bench.token(true);
+    bench.present(vec![transition(1), transition(2), at(3, 50)]);
+    bench.published(at(4, 60));
+    assert_eq!(bench.handed, [(3, 50), (4, 60)]);
+    assert_eq!(bench.missed, []);
+}
+
 #[test]
 fn of_two_processes_each_transition_is_handed_out_and_nothing_is_asked() {
     let mut bench = Bench::at(3);
