@@ -95,11 +95,16 @@ impl World<'_> {
         }
     }
 
+    /// How much longer a message takes of which this share is lost and sent again.
+    fn again(&mut self, share: f64) -> u64 {
+        if self.draw.random_bool(share) { self.draw.random_range(AGAIN) } else { 0 }
+    }
+
     /// How long a message takes, if it arrives. Outside of modules are the publisher, operators and views.
     pub(crate) fn way(&mut self, from: Option<usize>, to: Option<usize>) -> Option<u64> {
         let mut delay = self.draw.random_range(HOP);
-        for one in &self.active {
-            match *one {
+        for one in self.active.clone() {
+            match one {
                 DisturbanceKind::NoRouter => return None,
                 DisturbanceKind::CutOff(module) if from == Some(module) || to == Some(module) => {
                     return None;
@@ -113,12 +118,7 @@ impl World<'_> {
                         return None;
                     }
                 }
-                // A lost packet is sent again.
-                DisturbanceKind::Loss(share) if from.is_some() => {
-                    if self.draw.random_bool(share) {
-                        delay += self.draw.random_range(AGAIN);
-                    }
-                }
+                DisturbanceKind::Loss(share) if from.is_some() => delay += self.again(share),
                 DisturbanceKind::Late(ms) => delay += self.draw.random_range(0..=ms) * MS,
                 _ => {}
             }
