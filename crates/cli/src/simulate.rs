@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{self, BufRead, BufReader, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -91,6 +91,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         return conclude(&results, arguments.json);
     }
     let jobs = arguments.jobs.count();
+    // It takes some seconds; standard error may be closed.
+    let _ = writeln!(io::stderr(), "calibrating and commissioning the simulated tower");
     let setup = Setup::tower(jobs)?;
     if let Some(seed) = arguments.show {
         return show(&setup, seed, arguments);

@@ -206,7 +206,7 @@ fn seconds(seconds: u64) -> Span {
     Span { since_unix_ns: NOW, until_unix_ns: NOW + seconds * SECOND }
 }
 
-/// The components for which the time is over.
+/// The components whose shelving or suppression has expired.
 fn lapsing(bench: &Bench, now_unix_ns: u64) -> Vec<String> {
     let orders = bench.diagnoser.lapses(now_unix_ns);
     orders.iter().map(|(component, _)| component.to_string()).collect()

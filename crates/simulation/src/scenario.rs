@@ -9,7 +9,7 @@ use vocabulary::{Component, ComponentPath, OrderKind, Step, fault::Fault};
 
 use crate::setup::Setup;
 
-/// The times of a world \[ms\]: disturbances begin, faults begin, and the last disturbance is over.
+/// Phases of a world \[ms\]: the first disturbance, the first and last fault, the end of the last disturbance.
 const DISTURBED_FROM: u64 = 1_000;
 const FAULTY_FROM: u64 = 5_000;
 const FAULTY_UNTIL: u64 = 12_000;

@@ -32,7 +32,7 @@ pub(crate) struct View {
     under_way: usize,
     /// What was handed out, by component and number.
     handed_out: BTreeSet<(ComponentPath, u64, u64)>,
-    /// The components that were ever handed out or shown as faulty: somebody was called.
+    /// Components that raised an alarm with an operator: they were handed out or shown as faulty.
     called: BTreeSet<ComponentPath>,
 }
 
@@ -127,7 +127,7 @@ impl World<'_> {
         self.after(LOOK_EVERY, Happening::ViewLooks);
     }
 
-    /// A question that reaches nobody ends without an answer.
+    /// A question that cannot be delivered times out.
     fn view_waits(&mut self, asked: Happening) {
         if let Happening::ViewAsked { key, query, .. } = asked {
             let answer = unanswered(key, query);
@@ -227,7 +227,7 @@ impl World<'_> {
         }
     }
 
-    /// What the view shows at the end is what the modules know, and somebody was called for each fault.
+    /// Checks that the view shows what the modules know, and that every fault raised an alarm.
     pub(crate) fn check_view(&mut self) {
         let scene = self.view.shown.scene(0, BEGIN_UNIX_NS + self.now);
         let mut problems = Vec::new();
@@ -245,7 +245,7 @@ impl World<'_> {
                     problems.push(format!("{component} is {known}, and shown as {shown}"));
                 }
                 if known.is_fault() && !self.view.called.contains(component) {
-                    problems.push(format!("nobody was called for {component}"));
+                    problems.push(format!("{component} is faulty and raised no alarm"));
                 }
             }
         }

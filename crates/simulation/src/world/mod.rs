@@ -112,9 +112,6 @@ pub(crate) enum Happening {
         query: QueryId,
         reply: QueryReply,
     },
-    TimedOut {
-        query: QueryId,
-    },
     PeerReturned {
         to: usize,
         life: u64,
@@ -152,6 +149,8 @@ pub(crate) enum QueryReply {
     Refused(String),
     Obeyed(FaultState),
     Absent,
+    /// None came in time.
+    TimedOut,
 }
 
 /// Who asked what, and waits.
@@ -169,7 +168,7 @@ pub(crate) struct OpenQuery {
 pub struct Outcome {
     /// What must never happen and did, with when \[s\].
     pub violations: Vec<String>,
-    /// What happened of what must sometimes happen.
+    /// Which histories it reached.
     pub coverage: ReachedHistories,
     /// Everything.
     pub trace: WorldTrace,
@@ -368,7 +367,6 @@ impl<'a> World<'a> {
             Happening::Asked { to, query, question } => self.asked(to, query, question),
             Happening::Ordered { to, query, order } => self.ordered(to, query, order),
             Happening::Replied { query, reply } => self.replied(query, reply),
-            Happening::TimedOut { query } => self.timed_out(query),
             Happening::PeerReturned { to, peer, .. } => {
                 self.coverage.reach("a peer asked again after it came back");
                 let peer = self.name(peer).clone();

@@ -94,10 +94,15 @@ impl World<'_> {
     /// Has the disk write what waits, unless it is busy.
     pub(super) fn write(&mut self, of: usize) {
         let (now, life) = (self.instant(self.now), self.computers[of].life);
-        let hangs_until = self.scenario.disturbances.iter().filter(|one| {
+        let Some(running) = self.computers[of].process.as_ref() else { return };
+        let retries = running.keeper.retry().is_some() && running.retries_now(now);
+        if running.writing.is_some() || (running.store.writes.is_empty() && !retries) {
+            return;
+        }
+        let hangs = self.scenario.disturbances.iter().filter(|one| {
             one.what == DisturbanceKind::HungDisk(of) && self.is_now(one.from_ms, one.until_ms)
         });
-        let hangs_until = hangs_until.map(|one| one.until_ms * MS).max();
+        let hangs_until = hangs.map(|one| one.until_ms * MS).max();
         let slow = self.active.iter().filter_map(|one| match *one {
             DisturbanceKind::SlowDisk(module, ms) if module == of => Some(ms * MS),
             _ => None,
@@ -105,15 +110,6 @@ impl World<'_> {
         let slow = slow.max();
         let computer = &mut self.computers[of];
         let Some(running) = computer.process.as_mut() else { return };
-        if running.writing.is_some() {
-            return;
-        }
-        if running.store.writes.is_empty() && running.keeper.retry().is_none() {
-            return;
-        }
-        if running.store.writes.is_empty() && !running.retries_now(now) {
-            return;
-        }
         let batch = running.keeper.take(&mut running.store, &computer.disk, now);
         if batch.1.is_some() {
             self.coverage.reach("a new file of the journal");

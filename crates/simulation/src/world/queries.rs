@@ -23,7 +23,10 @@ impl World<'_> {
         });
         let line = format_args!("{} asks {peer} about {}", self.name(of), question.as_of);
         self.trace.note(self.now, line);
-        self.after(timeout.as_nanos() as u64, Happening::TimedOut { query });
+        self.after(
+            timeout.as_nanos() as u64,
+            Happening::Replied { query, reply: QueryReply::TimedOut },
+        );
         if let Some(delay) = self.way(Some(of), Some(to)) {
             self.after(delay, Happening::Asked { to, query, question });
         }
@@ -57,7 +60,7 @@ impl World<'_> {
     }
 
     pub(super) fn replied(&mut self, query: QueryId, reply: QueryReply) {
-        // It may have timed out.
+        // It may have ended before.
         let Some(open) = self.queries.remove(&query) else { return };
         match (open.from, open.question) {
             (Some((of, life)), Some(question)) => {
@@ -72,6 +75,7 @@ impl World<'_> {
                 let outcome = match reply {
                     QueryReply::Answer(answer) => Ok(*answer),
                     QueryReply::Absent => Err(PeerFailure::Absent),
+                    QueryReply::TimedOut => Err(PeerFailure::TimedOut),
                     QueryReply::Refused(reason) => Err(PeerFailure::Refused(reason)),
                     QueryReply::Obeyed(_) => {
                         Err(PeerFailure::Malformed("an order obeyed".to_owned()))
@@ -79,30 +83,12 @@ impl World<'_> {
                 };
                 self.coverage.reach(match &outcome {
                     Ok(_) => "a question answered",
+                    Err(PeerFailure::TimedOut) => "a question timed out",
                     Err(_) => "a question refused",
                 });
                 self.ended(of, open.peer, question, open.timeout, outcome);
             }
-            _ => self.order_replied(&open, Some(reply)),
-        }
-    }
-
-    pub(super) fn timed_out(&mut self, query: QueryId) {
-        let Some(open) = self.queries.remove(&query) else { return };
-        match (open.from, open.question) {
-            (Some((of, life)), Some(question)) => {
-                if self.computers[of].life != life {
-                    return;
-                }
-                let frozen = self.computers[of].frozen_until;
-                if frozen > self.now {
-                    self.queries.insert(query, open);
-                    return self.at(frozen, Happening::TimedOut { query });
-                }
-                self.coverage.reach("a question timed out");
-                self.ended(of, open.peer, question, open.timeout, Err(PeerFailure::TimedOut));
-            }
-            _ => self.order_replied(&open, None),
+            _ => self.order_replied(&open, reply),
         }
     }
 
@@ -172,7 +158,7 @@ impl World<'_> {
         });
         let line = format_args!("an operator orders {:?}: {}", order.kind, order.component);
         self.trace.note(self.now, line);
-        self.after(ORDER_TIMEOUT, Happening::TimedOut { query });
+        self.after(ORDER_TIMEOUT, Happening::Replied { query, reply: QueryReply::TimedOut });
         if let Some(delay) = self.way(None, Some(to)) {
             self.after(delay, Happening::Ordered { to, query, order: place });
         }
@@ -203,15 +189,15 @@ impl World<'_> {
         (timed.kind, order)
     }
 
-    pub(super) fn order_replied(&mut self, open: &OpenQuery, reply: Option<QueryReply>) {
+    pub(super) fn order_replied(&mut self, open: &OpenQuery, reply: QueryReply) {
         let Some(place) = open.order else { return };
         let order = &self.scenario.orders[place];
         let (component, kind) = (&order.component, order.kind);
         match reply {
-            Some(QueryReply::Obeyed(state)) => {
+            QueryReply::Obeyed(state) => {
                 self.trace.note(self.now, format_args!("obeyed: {kind:?} {component}: {state}"));
             }
-            Some(QueryReply::Refused(reason)) => {
+            QueryReply::Refused(reason) => {
                 self.coverage.reach("an order refused");
                 self.trace.note(self.now, format_args!("refused: {kind:?} {component}: {reason}"));
             }
