@@ -172,3 +172,14 @@ def peak_memory_mib(scenarios):
 def test_memory_does_not_depend_on_the_number_of_runs():
     few, many = peak_memory_mib(20), peak_memory_mib(200)
     assert 0 < many < few + 4
+
+
+def test_the_divergence_names_at_least_as_many_components_as_any_other_detector():
+    # A small edition of the table in the study's README: with so few faults no rival may be significantly better.
+    summary = study("rivals", "--scenarios", 28, "--nominal", 12, "--nominal-seconds", 40, "--per-hour", 20)
+    assert (summary["v"], summary["faults"], len(summary["rows"])) == (1, 28, 17)
+    shipped, *others = summary["rows"]
+    assert shipped["right"] >= 0.6 and shipped["found"] >= shipped["right"]
+    assert not [row["detector"] for row in others if row["p"] < 0.05 and row["right"] > shipped["right"]]
+    always = next(row for row in others if row["detector"] == "always alarms")
+    assert (always["found"], always["right"]) == (1, 0) and always["false_alarms_per_hour"] > 60

@@ -52,6 +52,9 @@ pub enum StudyError {
     /// A reference cannot be learned.
     #[error(transparent)]
     Commissioning(#[from] diagnosis::state::CommissioningError),
+    /// The detectors that others are compared with cannot be trained.
+    #[error("{0}")]
+    Training(String),
     /// The rig.
     #[error(transparent)]
     Rig(#[from] RigError),

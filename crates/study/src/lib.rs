@@ -19,6 +19,7 @@ pub mod limits;
 pub mod parallel;
 pub mod report;
 mod rig;
+pub mod rivals;
 pub mod scenarios;
 mod statistics;
 mod system;
@@ -39,7 +40,7 @@ pub use export::{RecordedChange, export};
 pub use group::{Diagnosed, DiagnoserGroup, GroupError, Identify, RigEvent};
 pub use journal::Done;
 pub use rig::{Rig, RigError, TimedFault};
-pub use statistics::{Delays, Interval95, share_interval};
+pub use statistics::{Delays, Interval95, rate_interval, share_interval};
 pub use system::{
     CommissionedPlant, ControllerTuning, PlantRow, ReferenceRow, System, missing_cylinder_size,
     module_setups,

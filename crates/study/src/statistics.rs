@@ -4,7 +4,7 @@
 //! results were computed with each of them, so all three stay.
 
 use serde::Serialize;
-use statrs::distribution::{Beta, ContinuousCDF};
+use statrs::distribution::{Beta, ContinuousCDF, Gamma};
 
 /// The smallest value that at least this share of all values does not exceed (nearest rank).
 pub(crate) fn nearest_rank<T: Copy>(sorted: &[T], share: f64) -> Option<T> {
@@ -43,6 +43,15 @@ pub fn share_interval(part: u64, all: u64) -> Interval95 {
     let lower = quantile(part, rest + 1.0, 0.025).filter(|_| part > 0.0);
     let upper = quantile(part + 1.0, rest, 0.975).filter(|_| rest > 0.0);
     Interval95(lower.unwrap_or(0.0), upper.unwrap_or(1.0))
+}
+
+/// The interval of the expected number of rare events of which so many were observed (Garwood 1936).
+#[must_use]
+pub fn rate_interval(count: u64) -> Interval95 {
+    let quantile = |shape: f64, p: f64| Gamma::new(shape, 1.0).ok().map(|of| of.inverse_cdf(p));
+    let lower = quantile(count as f64, 0.025).filter(|_| count > 0);
+    let upper = quantile(count as f64 + 1.0, 0.975);
+    Interval95(lower.unwrap_or(0.0), upper.unwrap_or(f64::INFINITY))
 }
 
 /// Delays in milliseconds; `None` without delays. Quantiles are the nearest rank.
@@ -114,6 +123,19 @@ mod tests {
         (300, 300, 0.9877790253057036, 1.0),
         (7, 30, 0.09933786495802023, 0.42283652297821944),
     ];
+
+    /// `scipy.stats.chi2.ppf([0.025, 0.975], [2 n, 2 n + 2]) / 2`, SciPy 1.17.1.
+    #[test]
+    fn rates_agree_with_scipy() {
+        for (count, low, high) in [
+            (0, 0.0, 3.688_879_454_113_936),
+            (1, 0.025_317_807_984_289_897, 5.571_643_390_938_845),
+            (10, 4.795_388_695_132_594, 18.390_356_011_547_88),
+        ] {
+            let Interval95(a, b) = rate_interval(count);
+            assert!((a - low).abs() < 1e-6 && (b - high).abs() < 1e-6, "{count}: {a} {b}");
+        }
+    }
 
     #[test]
     fn nothing_observed_is_nothing_known() {

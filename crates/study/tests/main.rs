@@ -20,6 +20,7 @@ mod pareto_reference;
 mod read_model;
 mod report;
 mod rig;
+mod rivals;
 mod sampling_rates;
 mod structures;
 mod summary;

@@ -48,6 +48,7 @@ pub(super) enum CampaignRequest {
     Limits(LimitArguments),
     Identify(IdentifyArguments),
     Tolerance(ToleranceArguments),
+    Rivals(RivalArguments),
 }
 
 /// Which diagnosers are studied.
@@ -323,6 +324,33 @@ pub(super) struct ToleranceArguments {
     /// What is done about a fault is done so many seconds late
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = |x: &str| within(x, 0.0..=10.0))]
     pub(super) late_s: f64,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(super) engine: EngineArguments,
+}
+
+/// Compare the divergence with other detectors at the same rate of false alarms
+///
+/// All detectors watch the same residuals of the same runs: faults of every kind, with sizes from a fifth of the smallest
+/// that is isolated, and runs without a fault. Half of these set every detector's limit, in the other half its false
+/// alarms are counted. The shipped diagnosers and the paper's have rows of their own, with their own thresholds.
+#[derive(Debug, Clone, Args, Serialize, Deserialize)]
+pub(super) struct RivalArguments {
+    #[command(flatten)]
+    #[serde(flatten)]
+    pub(super) system: SystemArguments,
+    /// Runs with a fault
+    #[arg(long, default_value_t = 210, value_name = "N")]
+    pub(super) scenarios: u64,
+    /// Runs without a fault
+    #[arg(long, default_value_t = 80, value_name = "M", value_parser = clap::value_parser!(u64).range(2..))]
+    pub(super) nominal: u64,
+    /// Length of a run without a fault [s]
+    #[arg(long, default_value = "75", value_name = "T", value_parser = |x: &str| within(x, 1.0..=LONGEST_S))]
+    pub(super) nominal_seconds: f64,
+    /// False alarms of each detector per hour
+    #[arg(long, default_value = "2", value_name = "RATE", value_parser = |x: &str| within(x, 0.0..=3600.0))]
+    pub(super) per_hour: f64,
     #[command(flatten)]
     #[serde(skip)]
     pub(super) engine: EngineArguments,

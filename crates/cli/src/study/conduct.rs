@@ -42,6 +42,7 @@ pub(super) fn run(request: &CampaignRequest) -> Result<(), Failure> {
         CampaignRequest::Limits(of) => run_campaign(value, &of.campaign()?, &of.engine),
         CampaignRequest::Identify(of) => run_campaign(value, &of.campaign()?, &of.engine),
         CampaignRequest::Tolerance(of) => run_campaign(value, &of.campaign()?, &of.engine),
+        CampaignRequest::Rivals(of) => run_campaign(value, &of.campaign()?, &of.engine),
     }
 }
 
@@ -57,6 +58,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
         CampaignRequest::Limits(of) => merge_campaign(value, &of.campaign()?, arguments),
         CampaignRequest::Identify(of) => merge_campaign(value, &of.campaign()?, arguments),
         CampaignRequest::Tolerance(of) => merge_campaign(value, &of.campaign()?, arguments),
+        CampaignRequest::Rivals(of) => merge_campaign(value, &of.campaign()?, arguments),
     }
 }
 

@@ -9,13 +9,14 @@ use study::System;
 use study::conditions::{ConditionCampaign, HiddenFaults, Situation};
 use study::identification::{IdentificationCampaign, IdentificationCases};
 use study::limits::LimitCampaign;
+use study::rivals::RivalCampaign;
 use study::scenarios::{ScenarioCampaign, ScenarioRanges};
 use study::tolerance::{Impediments, ToleranceCampaign};
 use vocabulary::{ComponentKind, fault::FaultKind};
 
 use super::arguments::{
     CampaignRequest, ConditionArguments, HIDDEN, HISTORIES, IdentifyArguments, LimitArguments,
-    PresetName, ScenarioArguments, SystemArguments, ToleranceArguments, Weather,
+    PresetName, RivalArguments, ScenarioArguments, SystemArguments, ToleranceArguments, Weather,
 };
 use crate::failure::Failure;
 use crate::shipped::{
@@ -53,6 +54,7 @@ impl CampaignRequest {
             Self::Conditions(of) if of.has_histories() => {
                 (&mut of.system, 0.0, &[Weather::None][..])
             }
+            Self::Rivals(of) => (&mut of.system, COMMISSIONED_MISMATCH, &[Weather::None][..]),
             Self::Limits(of) if of.isolation => (&mut of.system, 0.0, &[Weather::None][..]),
             Self::Limits(of) => (&mut of.system, COMMISSIONED_MISMATCH, &Weather::ALL[..]),
             Self::Conditions(ConditionArguments { system, .. })
@@ -192,6 +194,23 @@ impl ToleranceArguments {
         let impediments = Impediments { late_s, wrong, silent_peers, lost, softened };
         let system = self.system.only_system()?;
         Ok(ToleranceCampaign { system, plants, cases, kinds, situation, counted_s, impediments })
+    }
+}
+
+impl RivalArguments {
+    pub(super) fn campaign(&self) -> Result<RivalCampaign, Failure> {
+        let system = self.system.only_system()?;
+        let paper = SystemArguments {
+            preset: PresetName::Paper,
+            modules: Vec::new(),
+            ..self.system.clone()
+        };
+        let paper = paper.only_system()?;
+        let ranges = ScenarioRanges { nominal_s: self.nominal_seconds, ..Default::default() };
+        let ranges = ranges.across_the_limit().watched(&system).watched(&paper);
+        let (scenarios, nominal) = (self.scenarios, self.nominal);
+        let of = ScenarioCampaign { system, ranges, scenarios, nominal };
+        Ok(RivalCampaign::new(of, paper, self.per_hour))
     }
 }
 

@@ -45,6 +45,8 @@ pub struct ScenarioRanges {
     pub drift_strain_per_s: [f64; 2],
     /// Standard deviation of a random walk's increment in a step, as strain \[m/m\].
     pub increment_strain: [f64; 2],
+    /// Sizes are drawn log-uniformly, and biases in both directions.
+    pub log_uniform: bool,
 }
 
 impl Default for ScenarioRanges {
@@ -57,6 +59,7 @@ impl Default for ScenarioRanges {
             bias_strain: [0.0, 100e-6],
             drift_strain_per_s: [-20e-6, 20e-6],
             increment_strain: [1e-6, 3e-6],
+            log_uniform: false,
         }
     }
 }
@@ -65,6 +68,18 @@ impl Default for ScenarioRanges {
 const QUIET_BEFORE_S: f64 = 2.0;
 
 impl ScenarioRanges {
+    /// The same with sizes on both sides of the smallest that is isolated: from a fifth of it.
+    #[must_use]
+    pub fn across_the_limit(self) -> Self {
+        Self {
+            leak_area_m2: [8e-9, 5e-7],
+            bias_strain: [0.4e-6, 100e-6],
+            increment_strain: [0.08e-6, 3e-6],
+            log_uniform: true,
+            ..self
+        }
+    }
+
     /// The same with everything so much later that every channel has been watched for a while before the fault; it is as
     /// long in seconds, and slow sampling takes long to warm up.
     #[must_use]
@@ -87,15 +102,22 @@ impl ScenarioRanges {
         let length_m = gage_length_m(&draw.system.structure, component);
         // The range is for steps of a millisecond; the spread of a walk grows with the square root of time.
         let per_ms = (draw.system.parameters.step_s / 1e-3).sqrt();
-        let mut uniform = |range| draw.uniform(range);
+        let size = |draw: &mut Draw, range| match self.log_uniform {
+            true => draw.log_uniform(range),
+            false => draw.uniform(range),
+        };
         Some(match kind {
             FaultKind::InternalLeakage
             | FaultKind::ExternalLeakageA
-            | FaultKind::ExternalLeakageB => Fault::of_size(kind, uniform(self.leak_area_m2)),
-            FaultKind::Bias => Fault::of_size(kind, length_m * uniform(self.bias_strain)),
+            | FaultKind::ExternalLeakageB => Fault::of_size(kind, size(draw, self.leak_area_m2)),
+            FaultKind::Bias => {
+                let strain = size(draw, self.bias_strain);
+                let sign = if self.log_uniform { draw.sign() } else { 1.0 };
+                Fault::of_size(kind, sign * length_m * strain)
+            }
             FaultKind::RandomWalk => Fault::RandomWalk {
-                drift_m_per_s: length_m * uniform(self.drift_strain_per_s),
-                increment_m: length_m * uniform(self.increment_strain) * per_ms,
+                drift_m_per_s: length_m * draw.uniform(self.drift_strain_per_s),
+                increment_m: length_m * size(draw, self.increment_strain) * per_ms,
             },
             FaultKind::HardOver | FaultKind::ZeroOutput => Fault::of_size(kind, 0.0),
             _ => return None,

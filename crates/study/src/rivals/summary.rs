@@ -1,0 +1,290 @@
+//! Limits at a common rate of false alarms, and what each detector finds with its own.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use statrs::distribution::{Binomial, DiscreteCDF};
+use vocabulary::Step;
+use vocabulary::fault::FaultKind;
+
+use super::{DetectorName, RivalRecord, was_early};
+use crate::campaign::Rows;
+use crate::group::Diagnosed;
+use crate::report::{Table, interval, percent};
+use crate::statistics::{Delays, Interval95, rate_interval, share_interval};
+
+/// Version of the printed object.
+const VERSION: u64 = 1;
+
+/// The comparison.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RivalSummary {
+    /// Version of the format.
+    pub v: u64,
+    /// False alarms per hour that the limits are made for.
+    pub per_hour: f64,
+    /// Hours without a fault from which the limits follow.
+    pub calibration_hours: f64,
+    /// Hours without a fault in which false alarms are counted.
+    pub test_hours: f64,
+    /// Runs with a fault.
+    pub faults: u64,
+    /// One for each detector, and one for each kind of diagnoser with thresholds of its own.
+    pub rows: Vec<RivalRow>,
+}
+
+/// What a detector came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RivalRow {
+    /// Its name.
+    pub detector: &'static str,
+    /// Whether its limit is that of the common rate of false alarms; otherwise it has thresholds of its own.
+    pub at_common_rate: bool,
+    /// False alarms per hour, in other runs than those from which the limit follows. A run has one at most.
+    pub false_alarms_per_hour: f64,
+    /// Its interval.
+    pub false_alarms_per_hour_95: Interval95,
+    /// Share of the faults after whose onset there was an alarm.
+    pub found: f64,
+    /// Its interval.
+    pub found_95: Interval95,
+    /// Share of the faults whose component the first alarm named, without an alarm before the onset.
+    pub right: f64,
+    /// Its interval.
+    pub right_95: Interval95,
+    /// Median time from the onset to the alarm, of those that are right \[ms\].
+    pub median_delay_ms: Option<f64>,
+    /// Faults that this detector names right and the first does not, and the other way round.
+    pub better_and_worse: [u64; 2],
+    /// Probability of a difference like this if there is none (McNemar's test, exact); `None` for the first.
+    pub p: Option<f64>,
+    /// The same by kind of fault.
+    pub kinds: BTreeMap<FaultKind, RivalKind>,
+}
+
+/// What a detector came to with faults of a kind.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RivalKind {
+    /// Faults.
+    pub faults: u64,
+    /// Those found.
+    pub found: u64,
+    /// Those whose component was named first.
+    pub right: u64,
+}
+
+/// What a detector made of a fault.
+#[derive(Debug, Clone, Copy, Default)]
+struct Outcome {
+    found: bool,
+    right: bool,
+    delay: Option<u64>,
+}
+
+impl RivalSummary {
+    pub(super) fn of(
+        rows: &Rows<RivalRecord>,
+        calibrates: impl Fn(u64) -> bool,
+        per_hour: f64,
+        hold_steps: u64,
+        step_s: f64,
+    ) -> Self {
+        let hours = |steps: u64| steps as f64 * step_s / 3600.0;
+        let select = |is_calibration: bool| {
+            let nominal = rows.iter().filter(|(_, row)| row.injection.is_none());
+            let chosen = nominal.filter(|(case, _)| calibrates(**case) == is_calibration);
+            chosen.map(|(_, row)| row).collect::<Vec<_>>()
+        };
+        let (calibration, test) = (select(true), select(false));
+        let watched = |runs: &[&RivalRecord]| hours(runs.iter().map(|run| run.watched).sum());
+        let (calibration_hours, test_hours) = (watched(&calibration), watched(&test));
+        let faults: Vec<&RivalRecord> =
+            rows.values().filter(|row| row.injection.is_some()).collect();
+        let allowed = (per_hour * calibration_hours).round() as usize;
+        let mut judged = Vec::new();
+        for (place, name) in DetectorName::ALL.iter().enumerate() {
+            let peak =
+                |run: &&RivalRecord| run.courses.get(place).and_then(|course| course.healthy);
+            let limit = match name {
+                // No limit would keep it quiet.
+                DetectorName::AlwaysAlarm => i32::MIN,
+                _ => limit(calibration.iter().map(peak).collect(), allowed),
+            };
+            let alarms = test.iter().filter(|run| peak(run) >= Some(limit)).count() as u64;
+            let outcomes: Vec<Outcome> = faults
+                .iter()
+                .map(|run| {
+                    let Some(course) = run.courses.get(place) else { return Outcome::default() };
+                    let alarm = course.alarm(limit, hold_steps);
+                    let is_early = course.healthy >= Some(limit);
+                    let named = alarm.filter(|(_, place)| !is_early && run.faulty == Some(*place));
+                    Outcome {
+                        found: alarm.is_some(),
+                        right: named.is_some(),
+                        delay: named.map(|(delay, _)| delay),
+                    }
+                })
+                .collect();
+            judged.push((name.title(), true, alarms, outcomes));
+        }
+        type Named = fn(&RivalRecord) -> &[Diagnosed];
+        let own: [(&'static str, Named); 2] = [
+            ("shipped diagnosers, own thresholds", |run| &run.shipped),
+            ("the paper's diagnosers, own thresholds", |run| &run.paper),
+        ];
+        for (title, named) in own {
+            let alarms = test.iter().filter(|run| !named(run).is_empty()).count() as u64;
+            let outcomes = faults.iter().map(|run| own_outcome(run, named(run))).collect();
+            judged.push((title, false, alarms, outcomes));
+        }
+        let first: Vec<bool> = judged.first().map_or_else(Vec::new, |(_, _, _, outcomes)| {
+            outcomes.iter().map(|outcome| outcome.right).collect()
+        });
+        let rows = judged.iter().enumerate().map(
+            |(place, (detector, at_common_rate, alarms, outcomes))| {
+                let count =
+                    |of: fn(&Outcome) -> bool| outcomes.iter().filter(|one| of(one)).count() as u64;
+                let (found, right) = (count(|one| one.found), count(|one| one.right));
+                let all = outcomes.len() as u64;
+                let share = |part: u64| part as f64 / all.max(1) as f64;
+                let pairs = || outcomes.iter().map(|one| one.right).zip(first.iter().copied());
+                let discordant = [(true, false), (false, true)]
+                    .map(|wanted| pairs().filter(|pair| *pair == wanted).count() as u64);
+                let per_test_hour = |alarms: f64| alarms / test_hours.max(f64::MIN_POSITIVE);
+                let Interval95(low, high) = rate_interval(*alarms);
+                let mut kinds = BTreeMap::<FaultKind, RivalKind>::new();
+                for (run, outcome) in faults.iter().zip(outcomes) {
+                    let Some(fault) = &run.injection else { continue };
+                    let kind = kinds.entry(fault.fault.kind());
+                    let kind = kind.or_insert(RivalKind { faults: 0, found: 0, right: 0 });
+                    kind.faults += 1;
+                    kind.found += u64::from(outcome.found);
+                    kind.right += u64::from(outcome.right);
+                }
+                RivalRow {
+                    detector,
+                    at_common_rate: *at_common_rate,
+                    false_alarms_per_hour: per_test_hour(*alarms as f64),
+                    false_alarms_per_hour_95: Interval95(per_test_hour(low), per_test_hour(high)),
+                    found: share(found),
+                    found_95: share_interval(found, all),
+                    right: share(right),
+                    right_95: share_interval(right, all),
+                    median_delay_ms: Delays::of(
+                        outcomes.iter().filter_map(|one| one.delay),
+                        step_s,
+                    )
+                    .median,
+                    better_and_worse: discordant,
+                    p: (place > 0).then(|| mcnemar(discordant)),
+                    kinds,
+                }
+            },
+        );
+        let rows = rows.collect();
+        let faults = faults.len() as u64;
+        Self { v: VERSION, per_hour, calibration_hours, test_hours, faults, rows }
+    }
+
+    pub(super) fn tables(&self) -> (Vec<Table>, Vec<String>) {
+        let heading = [
+            "detector",
+            "false alarms/h",
+            "95 %",
+            "found",
+            "right component",
+            "95 %",
+            "delay [ms]",
+            "better",
+            "worse",
+            "p",
+        ];
+        let cells = |row: &RivalRow| {
+            let Interval95(low, high) = row.false_alarms_per_hour_95;
+            vec![
+                row.detector.to_owned(),
+                format!("{:.1}", row.false_alarms_per_hour),
+                format!("{low:.1} to {high:.1}"),
+                percent(row.found),
+                percent(row.right),
+                interval(row.right_95),
+                row.median_delay_ms.map_or_else(|| "–".to_owned(), |delay| format!("{delay:.0}")),
+                row.better_and_worse[0].to_string(),
+                row.better_and_worse[1].to_string(),
+                row.p.map_or_else(|| "–".to_owned(), |p| format!("{p:.2e}")),
+            ]
+        };
+        let title = "Detectors at the same rate of false alarms";
+        let detectors = Table::new(title, &heading, self.rows.iter().map(cells).collect());
+        let kinds: Vec<FaultKind> =
+            self.rows.first().map_or_else(Vec::new, |row| row.kinds.keys().copied().collect());
+        let words: Vec<&str> = kinds.iter().map(|kind| kind.words()).collect();
+        let of_kinds = |row: &RivalRow| {
+            let of_kind = |kind: &FaultKind| {
+                row.kinds
+                    .get(kind)
+                    .map_or_else(String::new, |of| format!("{}/{}", of.right, of.faults))
+            };
+            let counts = kinds.iter().map(of_kind);
+            [row.detector.to_owned()].into_iter().chain(counts).collect()
+        };
+        let heading: Vec<&str> = ["detector"].into_iter().chain(words).collect();
+        let by_kind = self.rows.iter().map(of_kinds).collect();
+        let by_kind = Table::new("Right component, by kind of fault", &heading, by_kind);
+        let note = format!(
+            "{} faults; limits for {} false alarms per hour from {:.2} h without a fault, counted in other {:.2} h. Better, \
+             worse: faults that the detector names right and the shipped divergence does not, and the other way round; p: \
+             McNemar's test.",
+            self.faults, self.per_hour, self.calibration_hours, self.test_hours
+        );
+        (vec![detectors, by_kind], vec![note])
+    }
+}
+
+/// The lowest level that no more than the allowed number of runs reach.
+fn limit(mut peaks: Vec<Option<i32>>, allowed: usize) -> i32 {
+    peaks.sort_unstable_by(|a, b| b.cmp(a));
+    peaks.get(allowed).copied().flatten().map_or(i32::MIN, |level| level.saturating_add(1))
+}
+
+fn own_outcome(run: &RivalRecord, diagnosed: &[Diagnosed]) -> Outcome {
+    let Some(fault) = &run.injection else { return Outcome::default() };
+    let onset: Step = fault.at;
+    let after = diagnosed.iter().find(|diagnosed| diagnosed.detection >= onset);
+    let named =
+        after.filter(|one| one.component == fault.component && !was_early(diagnosed, onset));
+    Outcome {
+        found: after.is_some(),
+        right: named.is_some(),
+        delay: named.map(|named| named.detection.since(onset)),
+    }
+}
+
+/// Probability that so uneven a split of the pairs that differ comes from even chances (McNemar 1947, exact, two-sided).
+fn mcnemar([better, worse]: [u64; 2]) -> f64 {
+    let binomial = Binomial::new(0.5, better + worse);
+    binomial.map_or(1.0, |binomial| (2.0 * binomial.cdf(better.min(worse))).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_let_as_many_runs_alarm_as_allowed() {
+        let peaks = vec![Some(3), None, Some(9), Some(5)];
+        assert_eq!(limit(peaks.clone(), 0), 10);
+        assert_eq!(limit(peaks.clone(), 1), 6);
+        assert_eq!(limit(peaks.clone(), 3), i32::MIN);
+        assert_eq!(limit(Vec::new(), 0), i32::MIN);
+    }
+
+    /// `scipy.stats.binomtest(min, n).pvalue`, SciPy 1.17.1.
+    #[test]
+    fn pairs_are_tested_as_in_scipy() {
+        for (pairs, p) in [([0, 0], 1.0), ([0, 5], 0.0625), ([2, 10], 0.03857421875), ([7, 8], 1.0)]
+        {
+            assert!((mcnemar(pairs) - p).abs() < 1e-12, "{pairs:?}");
+        }
+    }
+}
