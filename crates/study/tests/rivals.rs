@@ -38,6 +38,8 @@ fn all_detectors_are_judged_alike_whatever_the_number_of_jobs() {
         );
         assert!(row.right_95.0 <= row.right && row.right <= row.right_95.1);
         assert_eq!(row.median_delay_ms.is_some(), row.right > 0.0);
+        let sized: u64 = row.curves.values().flatten().map(|point| point.faults).sum();
+        assert_eq!((row.curves.len(), sized), (3, 5), "three leaks, a bias and a random walk");
     }
     // The divergence with its limit is compared with itself; the two systems are one here.
     assert_eq!((judged[0].p, judged[0].better_and_worse), (None, [0, 0]));
@@ -50,6 +52,10 @@ fn all_detectors_are_judged_alike_whatever_the_number_of_jobs() {
         judged.iter().find(|row| row.detector == DetectorName::AlwaysAlarm.title()).unwrap();
     assert_eq!((always.found, always.right), (1.0, 0.0));
     assert!((always.false_alarms_per_hour * test_hours - 2.0).abs() < 1e-9);
+    let figures = campaign.figures(&summary).unwrap();
+    let svg = roxmltree::Document::parse(&figures[0].svg).unwrap();
+    let words: String = svg.descendants().filter_map(|node| node.text()).collect();
+    assert!(words.to_lowercase().contains("random walk"), "{words}");
     let (tables, notes) = campaign.tables(&rows, &summary);
     assert_eq!((tables.len(), tables[0].rows.len(), notes.len()), (2, judged.len(), 1));
 }

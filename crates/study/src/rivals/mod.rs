@@ -16,13 +16,14 @@ use serde::{Deserialize, Serialize};
 use vocabulary::Step;
 
 pub use detectors::DetectorName;
-pub use summary::{RivalKind, RivalRow, RivalSummary};
+pub use summary::{RivalKind, RivalPoint, RivalRow, RivalSummary, SizedFaults};
 
 use crate::campaign::{Campaign, Rows};
 use crate::case::{CampaignCase, CaseRun};
 use crate::error::StudyError;
+use crate::figure::rivals_figure;
 use crate::group::{Diagnosed, RigEvent};
-use crate::report::Table;
+use crate::report::{ReportFigure, Table};
 use crate::rig::{Rig, TimedFault};
 use crate::scenarios::ScenarioCampaign;
 use crate::system::{CommissionedPlant, System};
@@ -178,6 +179,11 @@ impl Campaign for RivalCampaign {
 
     fn tables(&self, _: &Rows<RivalRecord>, summary: &RivalSummary) -> (Vec<Table>, Vec<String>) {
         summary.tables()
+    }
+
+    fn figures(&self, summary: &RivalSummary) -> Result<Vec<ReportFigure>, StudyError> {
+        let caption = "Right component against the size of the fault".to_owned();
+        Ok(vec![ReportFigure { name: "rivals", caption, svg: rivals_figure(summary) }])
     }
 }
 

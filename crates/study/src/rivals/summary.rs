@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use statrs::distribution::{Binomial, DiscreteCDF};
 use vocabulary::Step;
-use vocabulary::fault::FaultKind;
+use vocabulary::fault::{Fault, FaultKind};
 
 use super::{DetectorName, RivalRecord, was_early};
 use crate::campaign::Rows;
@@ -60,6 +60,91 @@ pub struct RivalRow {
     pub p: Option<f64>,
     /// The same by kind of fault.
     pub kinds: BTreeMap<FaultKind, RivalKind>,
+    /// The share of right ones against the size, ascending.
+    pub curves: BTreeMap<SizedFaults, Vec<RivalPoint>>,
+}
+
+/// Faults that have sizes which can be compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SizedFaults {
+    /// Leaks of all kinds; the leak coefficient \[m²\].
+    Leak,
+    /// Biases; the size of the offset \[m\].
+    Bias,
+    /// Random walks; the standard deviation of the increment in a step \[m\].
+    RandomWalk,
+}
+
+impl SizedFaults {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Leak, Self::Bias, Self::RandomWalk];
+
+    /// For people, with the unit of the size.
+    #[must_use]
+    pub fn words(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Leak => ("leak", "m²"),
+            Self::Bias => ("bias", "m"),
+            Self::RandomWalk => ("random walk", "m per step"),
+        }
+    }
+
+    /// Which of them a fault is, and its size.
+    fn of(fault: &Fault) -> Option<(Self, f64)> {
+        match *fault {
+            Fault::InternalLeakage { area_m2 }
+            | Fault::ExternalLeakageA { area_m2 }
+            | Fault::ExternalLeakageB { area_m2 } => Some((Self::Leak, area_m2)),
+            Fault::Bias { offset_m } => Some((Self::Bias, offset_m.abs())),
+            Fault::RandomWalk { increment_m, .. } => Some((Self::RandomWalk, increment_m)),
+            _ => None,
+        }
+    }
+}
+
+/// Faults of similar sizes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct RivalPoint {
+    /// Their median size, see [`SizedFaults`].
+    pub size: f64,
+    /// Their number.
+    pub faults: u64,
+    /// The share of those whose component was named first.
+    pub right: f64,
+    /// Its interval.
+    pub right_95: Interval95,
+}
+
+/// The curves have at most so many points, of at least so many faults.
+const MOST_POINTS: usize = 6;
+const LEAST_FAULTS: usize = 5;
+
+/// The share of right ones among faults of similar sizes.
+fn curves(faults: &[&RivalRecord], outcomes: &[Outcome]) -> BTreeMap<SizedFaults, Vec<RivalPoint>> {
+    let mut sized = BTreeMap::<SizedFaults, Vec<(f64, bool)>>::new();
+    for (run, outcome) in faults.iter().zip(outcomes) {
+        let of = run.injection.as_ref().and_then(|fault| SizedFaults::of(&fault.fault));
+        if let Some((kind, size)) = of {
+            sized.entry(kind).or_default().push((size, outcome.right));
+        }
+    }
+    let point = |faults: &[(f64, bool)]| {
+        let right = faults.iter().filter(|(_, right)| *right).count() as u64;
+        let (all, middle) = (faults.len() as u64, faults.get(faults.len() / 2));
+        RivalPoint {
+            size: middle.map_or(0.0, |(size, _)| *size),
+            faults: all,
+            right: right as f64 / all.max(1) as f64,
+            right_95: share_interval(right, all),
+        }
+    };
+    let curve = |mut faults: Vec<(f64, bool)>| {
+        faults.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let points = (faults.len() / LEAST_FAULTS).clamp(1, MOST_POINTS);
+        faults.chunks(faults.len().div_ceil(points).max(1)).map(point).collect()
+    };
+    sized.into_iter().map(|(kind, faults)| (kind, curve(faults))).collect()
 }
 
 /// What a detector came to with faults of a kind.
@@ -178,6 +263,7 @@ impl RivalSummary {
                     better_and_worse: discordant,
                     p: (place > 0).then(|| mcnemar(discordant)),
                     kinds,
+                    curves: curves(&faults, outcomes),
                 }
             },
         );
