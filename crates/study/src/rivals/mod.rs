@@ -43,7 +43,7 @@ pub struct RivalCampaign {
     trained: OnceLock<Result<Trained, String>>,
 }
 
-/// The course of a detector's largest statistic in a run. Levels are logarithmic, see [`level`].
+/// The course of a detector's largest statistic in a run. Levels are logarithmic, in steps of 2 %.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     /// The highest level while there was no fault.
@@ -70,7 +70,7 @@ pub struct RivalRecord {
     pub paper: Vec<Diagnosed>,
 }
 
-/// The level of a statistic in steps of 2 %; `None` for no statistic.
+/// The level of a statistic; `None` for no statistic.
 fn level(statistic: f64) -> Option<i32> {
     (statistic > 0.0).then(|| (statistic.ln() / 1.02_f64.ln()).floor() as i32)
 }
