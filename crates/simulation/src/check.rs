@@ -2,10 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use process::JournalRecord;
+use process::{JournalRecord, TICK};
 use study::TimedFault;
 use vocabulary::{
-    ComponentPath, Doubt, FaultState, FaultTransition, ModuleName, ModuleStatus, Symptom,
+    ComponentPath, Doubt, FaultState, FaultTransition, GivenOrderKind, ModuleName, ModuleStatus,
+    Symptom,
 };
 
 use crate::scenario::WorldScenario;
@@ -15,6 +16,10 @@ use crate::setup::Setup;
 const MOST_DRIFT_M: f64 = 0.01;
 /// More samples and questions do not wait.
 const MOST_WAITING: u64 = 4096;
+/// What has had its time is over so much later \[ns\].
+const LATE_NS: u64 = 2 * TICK.as_nanos() as u64;
+/// A fault that began this long ago is seen by its module \[ns\].
+const SEEN_AFTER_NS: u64 = 2_000_000_000;
 
 /// What is known of a module's transitions.
 #[derive(Debug, Default)]
@@ -34,6 +39,9 @@ pub(crate) struct InvariantWatcher {
     /// The gages that lose their values at some time, which is a fault.
     valueless: BTreeSet<ComponentPath>,
     is_honest: bool,
+    is_of_one_run: bool,
+    /// Every module is given samples of the plant with the faults.
+    is_of_one_plant: bool,
     step_ns: u64,
     numbering: Vec<Numbering>,
     /// Of each module what was published as being on the disk, by its number.
@@ -46,6 +54,8 @@ pub(crate) struct InvariantWatcher {
     pub(crate) shut_off: BTreeSet<ComponentPath>,
     /// How far the top was at most from that of the same plant without faults \[m\].
     largest_drift_m: f64,
+    /// Something lasted too long, which is said once.
+    is_late: bool,
 }
 
 impl InvariantWatcher {
@@ -57,6 +67,8 @@ impl InvariantWatcher {
             faults: scenario.faults.clone(),
             valueless: scenario.valueless(setup).collect(),
             is_honest: scenario.is_honest(),
+            is_of_one_run: scenario.is_of_one_run(),
+            is_of_one_plant: scenario.is_of_one_plant(),
             step_ns: setup.step_ns(),
             numbering: (0..modules).map(|_| Numbering::default()).collect(),
             durable: vec![BTreeMap::new(); modules],
@@ -64,6 +76,7 @@ impl InvariantWatcher {
             reset: BTreeSet::new(),
             shut_off: BTreeSet::new(),
             largest_drift_m: 0.0,
+            is_late: false,
         }
     }
 
@@ -93,10 +106,16 @@ impl InvariantWatcher {
         }
         // A fault stays until it is reset.
         if before.is_fault() && !state.is_fault() {
-            if transition.order.is_some() {
+            let order = transition.order.as_ref().map(|order| order.kind);
+            if matches!(order, Some(GivenOrderKind::Reset { .. } | GivenOrderKind::ReTare)) {
                 self.reset.insert(component.clone());
             } else {
                 self.violated(now_ns, format_args!("{component} was {before}, and is {state}"));
+            }
+            if order == Some(GivenOrderKind::Reset { force: false })
+                && self.is_faulty(now_ns, component)
+            {
+                self.violated(now_ns, format_args!("{component} was reset, and is still faulty"));
             }
         }
         // Numbers have no gap and no number is given twice.
@@ -121,6 +140,31 @@ impl InvariantWatcher {
             self.durable[of].insert((incarnation, sequence), transition.clone());
         }
         again && !follows
+    }
+
+    /// Is a component faulty in the plant, for so long that its module has seen it?
+    fn is_faulty(&self, now_ns: u64, component: &ComponentPath) -> bool {
+        let is_there = |fault: &TimedFault| {
+            fault.at.0 * self.step_ns + SEEN_AFTER_NS <= now_ns
+                && fault.until.is_none_or(|until| now_ns < until.0 * self.step_ns)
+        };
+        let mut own = self.faults.iter().filter(|fault| fault.component == *component);
+        self.is_of_one_plant && self.is_honest && own.any(is_there)
+    }
+
+    /// Something of a module's that had its time is not over: `until` when it was to be.
+    pub(crate) fn lasts(&mut self, now_ns: u64, module: &ModuleName, what: &str, until_ns: u64) {
+        if until_ns + LATE_NS < now_ns && !std::mem::replace(&mut self.is_late, true) {
+            let until_s = until_ns as f64 / 1e9;
+            self.violated(now_ns, format_args!("{module}: {what} was to end at {until_s:.3} s"));
+        }
+    }
+
+    /// A module does not use what its peer says. What comes late of a former run cannot be used.
+    pub(crate) fn rejects(&mut self, now_ns: u64, module: &ModuleName, peer: &ModuleName) {
+        if self.is_honest && self.is_of_one_run {
+            self.violated(now_ns, format_args!("{module} rejects what {peer} says"));
+        }
     }
 
     /// A process begins on a disk that has numbers up to this one.

@@ -1,6 +1,6 @@
 //! A module's computer: its process, its disk and its clock.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 
 use diagnosis::messages::Speaker;
@@ -53,6 +53,8 @@ pub(crate) struct RunningProcess {
     pub(crate) heard: [Option<u64>; 2],
     /// Samples were dropped, or asked for in vain.
     pub(crate) may_miss_samples: bool,
+    /// The questions of peers that have no reply so far, and until when they may be held \[ns\].
+    pub(crate) held: BTreeMap<QueryId, u64>,
     /// Events on their way out.
     pub(crate) outlet: VecDeque<QueuedEvent<QueryId>>,
     /// What the disk is writing.
@@ -143,6 +145,7 @@ impl Computer {
             overflown: false,
             heard: [None; 2],
             may_miss_samples: false,
+            held: BTreeMap::new(),
             outlet: VecDeque::new(),
             writing: None,
             retry_at: None,

@@ -244,6 +244,11 @@ impl WorldScenario {
         !self.disturbances.iter().any(other)
     }
 
+    /// Are all samples those of the plant that has the faults?
+    pub(crate) fn is_of_one_plant(&self) -> bool {
+        !self.disturbances.iter().any(|one| one.what == DisturbanceKind::SecondPublisher)
+    }
+
     /// The gages that lose their values at some time.
     pub(crate) fn valueless(&self, setup: &Setup) -> impl Iterator<Item = ComponentPath> {
         let of = |one: &Disturbance| match one.what {

@@ -150,7 +150,21 @@ impl World<'_> {
         let overflown = std::mem::take(&mut running.overflown);
         self.take(of, |module, context| module.tick(overflown, context));
         self.pump(of);
+        self.check_times(of);
         self.after(TICK.as_nanos() as u64, Happening::Tick { of, life });
+    }
+
+    /// What had its time is over after a tick. A pause ends by itself: that of a process that stood still, once it moves.
+    fn check_times(&mut self, of: usize) {
+        let (now, name, moves_since) = (self.now, self.name(of), self.computers[of].frozen_until);
+        let Some(running) = self.computers[of].process.as_ref() else { return };
+        if let Some(until) = running.held.values().min() {
+            self.watcher.lasts(now, name, "the time to hold a question", *until);
+        }
+        if let Some(until) = running.module.pause() {
+            let until = until.duration_since(self.origin).as_nanos() as u64;
+            self.watcher.lasts(now, name, "a pause", until.max(moves_since));
+        }
     }
 
     pub(super) fn carry_out(&mut self, of: usize, effect: ProcessEffect<QueryId>) {
@@ -162,9 +176,11 @@ impl World<'_> {
                 running.outlet.push_back(event);
             }
             ProcessEffect::Routine(Routine::Answer { query, answer }) => {
+                self.no_longer_held(of, query);
                 self.answer(of, query, answer)
             }
             ProcessEffect::Routine(Routine::Refusal { query, reason }) => {
+                self.no_longer_held(of, query);
                 self.reply(of, query, QueryReply::Refused(reason));
             }
             ProcessEffect::Routine(Routine::Capability(said)) => self.tell_capability(of, said),
@@ -201,6 +217,7 @@ impl World<'_> {
             }
             ProcessEffect::AnswerRejected { peer, reason } => {
                 self.coverage.reach("an answer rejected");
+                self.watcher.rejects(self.now, module, &peer);
                 let line = format_args!("{module} rejects what {peer} says: {reason}");
                 self.trace.note(self.now, line);
             }
@@ -208,6 +225,12 @@ impl World<'_> {
                 self.coverage.reach("a peer that broke its word");
                 self.trace.note(self.now, format_args!("{module}: {peer} broke its word"));
             }
+        }
+    }
+
+    fn no_longer_held(&mut self, of: usize, query: QueryId) {
+        if let Some(running) = self.computers[of].process.as_mut() {
+            running.held.remove(&query);
         }
     }
 

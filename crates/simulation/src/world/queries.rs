@@ -38,6 +38,10 @@ impl World<'_> {
             let Some(delay) = self.way(Some(to), None) else { return };
             return self.after(delay, Happening::Replied { query, reply: QueryReply::Absent });
         }
+        let until = self.now + self.setup.modules[to].settings.hold.as_nanos() as u64;
+        if let Some(running) = self.computers[to].process.as_mut() {
+            running.held.insert(query, until);
+        }
         self.take(to, |module, context| module.question(question, query, context));
         self.pump(to);
     }
