@@ -16,7 +16,7 @@ use crate::setup::Setup;
 const MOST_DRIFT_M: f64 = 0.01;
 /// More samples and questions do not wait.
 const MOST_WAITING: u64 = 4096;
-/// What has had its time is over so much later \[ns\].
+/// Time after its deadline by which a pause or a held question must have ended \[ns\].
 const LATE_NS: u64 = 2 * TICK.as_nanos() as u64;
 /// A fault that began this long ago is seen by its module \[ns\].
 const SEEN_AFTER_NS: u64 = 2_000_000_000;

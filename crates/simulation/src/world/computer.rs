@@ -154,7 +154,7 @@ impl World<'_> {
         self.after(TICK.as_nanos() as u64, Happening::Tick { of, life });
     }
 
-    /// What had its time is over after a tick. A pause ends by itself: that of a process that stood still, once it moves.
+    /// Checks that no held question and no pause outlives its deadline. The pause of a frozen process ends once it thaws.
     fn check_times(&mut self, of: usize) {
         let (now, name, moves_since) = (self.now, self.name(of), self.computers[of].frozen_until);
         let Some(running) = self.computers[of].process.as_ref() else { return };

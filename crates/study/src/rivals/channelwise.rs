@@ -10,9 +10,9 @@ pub(super) trait ChannelDetector {
 }
 
 /// The size of the residual itself (Shewhart 1931).
-pub(super) struct Level;
+pub(super) struct Shewhart;
 
-impl ChannelDetector for Level {
+impl ChannelDetector for Shewhart {
     fn step(&mut self, residual: f64) -> f64 {
         residual.abs()
     }
@@ -258,7 +258,7 @@ mod tests {
             (run_length(4.0, Cusum::default), 168.0),
             (run_length(5.0, Cusum::default), 465.0),
             (run_length(2.962, Ewma::default), 500.0),
-            (run_length(3.0, || Level), 370.4),
+            (run_length(3.0, || Shewhart), 370.4),
         ];
         for (measured, stated) in cases {
             assert!((measured / stated - 1.0).abs() < 0.06, "{measured} {stated}");

@@ -8,7 +8,7 @@ use serde::Serialize;
 use rand::Rng;
 
 use super::channelwise::{
-    Autoregression, ChannelDetector, ChiSquared, Cusum, Ewma, Glr, Level, OnlineChangePoint,
+    Autoregression, ChannelDetector, ChiSquared, Cusum, Ewma, Glr, OnlineChangePoint, Shewhart,
     Whitened,
 };
 use super::joint::{Autoencoder, Distance, GaussianProcess, Healthy, PrincipalError};
@@ -178,7 +178,7 @@ impl Trained {
         let mut means = vec![vec![0.0; channels]; DetectorName::ALL.len()];
         for run in 0..TRAINING_RUNS {
             let mut rigs = [training_rig(system, system, run)?, training_rig(paper, system, run)?];
-            let mut statistics = Statistics::new(self);
+            let mut statistics = DetectorBank::new(self);
             let mut peaks = vec![vec![0.0_f64; channels]; DetectorName::ALL.len()];
             for step in 0..until {
                 for rig in &mut rigs {
@@ -279,7 +279,7 @@ impl Standardizer {
             let mean = *sum / count;
             let variance = *squares / count - mean * mean;
             let standardised = (value - mean) / variance.sqrt();
-            // Not before there are two residuals; a residual that is missing is none that is unhealthy.
+            // The first residual and a missing one cannot be standardised; they count as healthy.
             self.standardised.push(if standardised.is_finite() { standardised } else { 0.0 });
             if value.is_finite() {
                 latest.push_back(value);
@@ -296,7 +296,7 @@ impl Standardizer {
 }
 
 /// The detectors in a run.
-pub(super) struct Statistics<'a> {
+pub(super) struct DetectorBank<'a> {
     trained: &'a Trained,
     standardizer: Standardizer,
     channelwise: Vec<[Box<dyn ChannelDetector>; 7]>,
@@ -307,13 +307,13 @@ pub(super) struct Statistics<'a> {
     largest: Vec<(f64, usize)>,
 }
 
-impl<'a> Statistics<'a> {
+impl<'a> DetectorBank<'a> {
     /// Before the first step.
     pub(super) fn new(trained: &'a Trained) -> Self {
         let channelwise = trained.modules.iter().flat_map(|module| &module.channels);
         let channelwise = channelwise.map(|autoregression| -> [Box<dyn ChannelDetector>; 7] {
             [
-                Box::new(Level),
+                Box::new(Shewhart),
                 Box::new(Cusum::default()),
                 Box::new(Ewma::default()),
                 Box::new(ChiSquared::default()),

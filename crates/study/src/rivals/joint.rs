@@ -25,7 +25,7 @@ fn gaussian(healthy: &Healthy) -> (DVector<f64>, DMatrix<f64>) {
 
 fn inverse(covariance: DMatrix<f64>) -> DMatrix<f64> {
     let channels = covariance.nrows();
-    // A covariance with a ridge is positive definite; what is not finite is no covariance.
+    // The ridge makes every finite covariance positive definite; the decomposition fails only if a value is not finite.
     covariance
         .cholesky()
         .map_or_else(|| DMatrix::identity(channels, channels), |root| root.inverse())

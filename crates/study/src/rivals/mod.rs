@@ -27,7 +27,7 @@ use crate::report::{ReportFigure, Table};
 use crate::rig::{Rig, TimedFault};
 use crate::scenarios::ScenarioCampaign;
 use crate::system::{CommissionedPlant, System};
-use detectors::{Statistics, Trained};
+use detectors::{DetectorBank, Trained};
 
 /// A fault is followed for so long \[s\].
 const FOLLOWED_S: f64 = 2.0;
@@ -45,7 +45,7 @@ pub struct RivalCampaign {
 
 /// The course of a detector's largest statistic in a run. Levels are logarithmic, in steps of 2 %.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Course {
+pub struct StatisticCourse {
     /// The highest level while there was no fault.
     pub healthy: Option<i32>,
     /// From the onset on, each level that is higher than all before: steps since the onset, level, and place of the
@@ -63,7 +63,7 @@ pub struct RivalRecord {
     /// Steps that were watched without a fault.
     pub watched: u64,
     /// One for each detector.
-    pub courses: Vec<Course>,
+    pub courses: Vec<StatisticCourse>,
     /// What the shipped diagnosers named.
     pub shipped: Vec<Diagnosed>,
     /// What the paper's diagnosers named.
@@ -134,14 +134,14 @@ impl Campaign for RivalCampaign {
         run: &mut CaseRun,
     ) -> Result<RivalRecord, StudyError> {
         let trained = self.trained()?;
-        let mut statistics = Statistics::new(trained);
+        let mut statistics = DetectorBank::new(trained);
         let mut paper = self.paper.rig(case.seed, case.faults.clone())?;
         let mut paper_events = Vec::new();
         let fault = case.faults.first();
         let onset = fault.map(|fault| fault.at);
         let last = onset.map_or(u64::MAX, |onset| onset.0 + self.of.system.steps(FOLLOWED_S));
         let from = self.of.system.watched_from().max(self.paper.watched_from());
-        let mut courses = vec![Course::default(); DetectorName::ALL.len()];
+        let mut courses = vec![StatisticCourse::default(); DetectorName::ALL.len()];
         let mut watched = 0;
         while run.step()? {
             paper.step()?;
@@ -187,7 +187,7 @@ impl Campaign for RivalCampaign {
     }
 }
 
-impl Course {
+impl StatisticCourse {
     /// Processes the largest statistic of a step.
     fn follow(&mut self, since_onset: Option<u64>, statistic: f64, place: usize) {
         let Some(level) = level(statistic) else { return };
@@ -232,8 +232,10 @@ mod tests {
 
     #[test]
     fn an_alarm_names_the_largest_within_the_hold_time() {
-        let course =
-            Course { healthy: None, rising: vec![(3, 0, 5), (4, 10, 6), (9, 20, 7), (12, 30, 8)] };
+        let course = StatisticCourse {
+            healthy: None,
+            rising: vec![(3, 0, 5), (4, 10, 6), (9, 20, 7), (12, 30, 8)],
+        };
         assert_eq!(course.alarm(1, 6), Some((4, 7)));
         assert_eq!(course.alarm(0, 6), Some((3, 7)));
         assert_eq!(course.alarm(11, 0), Some((9, 7)));
@@ -242,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_course_keeps_what_is_higher_than_before() {
-        let mut course = Course::default();
+        let mut course = StatisticCourse::default();
         for (since, statistic) in
             [(None, 2.0), (None, 1.0), (Some(0), 1.0), (Some(1), 0.5), (Some(2), 3.0)]
         {

@@ -56,7 +56,8 @@ pub struct RivalRow {
     pub median_delay_ms: Option<f64>,
     /// Faults that this detector names right and the first does not, and the other way round.
     pub better_and_worse: [u64; 2],
-    /// Probability of a difference like this if there is none (McNemar's test, exact); `None` for the first.
+    /// Probability of a difference at least this large between equally good detectors (McNemar's test, exact); `None` for the
+    /// first detector.
     pub p: Option<f64>,
     /// The same by kind of fault.
     pub kinds: BTreeMap<FaultKind, RivalKind>,
@@ -121,7 +122,10 @@ const MOST_POINTS: usize = 6;
 const LEAST_FAULTS: usize = 5;
 
 /// The share of right ones among faults of similar sizes.
-fn curves(faults: &[&RivalRecord], outcomes: &[Outcome]) -> BTreeMap<SizedFaults, Vec<RivalPoint>> {
+fn curves(
+    faults: &[&RivalRecord],
+    outcomes: &[RivalOutcome],
+) -> BTreeMap<SizedFaults, Vec<RivalPoint>> {
     let mut sized = BTreeMap::<SizedFaults, Vec<(f64, bool)>>::new();
     for (run, outcome) in faults.iter().zip(outcomes) {
         let of = run.injection.as_ref().and_then(|fault| SizedFaults::of(&fault.fault));
@@ -160,7 +164,7 @@ pub struct RivalKind {
 
 /// What a detector made of a fault.
 #[derive(Debug, Clone, Copy, Default)]
-struct Outcome {
+struct RivalOutcome {
     found: bool,
     right: bool,
     delay: Option<u64>,
@@ -196,14 +200,16 @@ impl RivalSummary {
                 _ => limit(calibration.iter().map(peak).collect(), allowed),
             };
             let alarms = test.iter().filter(|run| peak(run) >= Some(limit)).count() as u64;
-            let outcomes: Vec<Outcome> = faults
+            let outcomes: Vec<RivalOutcome> = faults
                 .iter()
                 .map(|run| {
-                    let Some(course) = run.courses.get(place) else { return Outcome::default() };
+                    let Some(course) = run.courses.get(place) else {
+                        return RivalOutcome::default();
+                    };
                     let alarm = course.alarm(limit, hold_steps);
                     let is_early = course.healthy >= Some(limit);
                     let named = alarm.filter(|(_, place)| !is_early && run.faulty == Some(*place));
-                    Outcome {
+                    RivalOutcome {
                         found: alarm.is_some(),
                         right: named.is_some(),
                         delay: named.map(|(delay, _)| delay),
@@ -227,8 +233,9 @@ impl RivalSummary {
         });
         let rows = judged.iter().enumerate().map(
             |(place, (detector, at_common_rate, alarms, outcomes))| {
-                let count =
-                    |of: fn(&Outcome) -> bool| outcomes.iter().filter(|one| of(one)).count() as u64;
+                let count = |of: fn(&RivalOutcome) -> bool| {
+                    outcomes.iter().filter(|one| of(one)).count() as u64
+                };
                 let (found, right) = (count(|one| one.found), count(|one| one.right));
                 let all = outcomes.len() as u64;
                 let share = |part: u64| part as f64 / all.max(1) as f64;
@@ -333,13 +340,13 @@ fn limit(mut peaks: Vec<Option<i32>>, allowed: usize) -> i32 {
     peaks.get(allowed).copied().flatten().map_or(i32::MIN, |level| level.saturating_add(1))
 }
 
-fn own_outcome(run: &RivalRecord, diagnosed: &[Diagnosed]) -> Outcome {
-    let Some(fault) = &run.injection else { return Outcome::default() };
+fn own_outcome(run: &RivalRecord, diagnosed: &[Diagnosed]) -> RivalOutcome {
+    let Some(fault) = &run.injection else { return RivalOutcome::default() };
     let onset: Step = fault.at;
     let after = diagnosed.iter().find(|diagnosed| diagnosed.detection >= onset);
     let named =
         after.filter(|one| one.component == fault.component && !was_early(diagnosed, onset));
-    Outcome {
+    RivalOutcome {
         found: after.is_some(),
         right: named.is_some(),
         delay: named.map(|named| named.detection.since(onset)),
