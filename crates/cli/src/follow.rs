@@ -113,7 +113,6 @@ fn line(event: &EventLine, names_structure: bool, paint: Paint) -> String {
     let EventLine { time_unix_ns, who, what, why, tone, .. } = event;
     let place = event.structure.as_ref().map_or(NOTHING, StructureName::as_str);
     let place = if names_structure { format!("{place:<10}  ") } else { String::new() };
-    let who = if who.is_empty() { NOTHING } else { who };
     let text = format!("{}  {place}{who:<20}  {what:<14}  {why}", utc(*time_unix_ns));
     let text = text.trim_end();
     tone_colour(*tone).map_or_else(|| text.to_owned(), |colour| paint.in_colour(colour, text))

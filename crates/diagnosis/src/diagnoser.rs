@@ -200,14 +200,14 @@ impl Diagnoser {
     }
 
     fn take_answer(&mut self, answer: StateAnswer, actions: &mut Vec<Action>) {
-        let Some((run, now)) = self.intake.position() else { return };
+        let (peer, question) = (answer.module.clone(), answer.question);
+        // What was asked in a former run is nobody's question any more.
+        let position = self.intake.position().filter(|(run, _)| *run == question.run);
+        let Some((run, now)) = position else { return };
         let Self { channels, judging, comparing, counters, .. } = self;
         let mut handling = Handling { run, now, channels, counters, actions };
-        let (peer, question) = (answer.module.clone(), answer.question);
         if question.window.is_some() {
-            if question.run == run {
-                self.correcting.answered(&answer);
-            }
+            self.correcting.answered(&answer);
             return comparing.answered((&peer, question, Some(answer)), judging, &mut handling);
         }
         judging.answered(answer, &mut handling);

@@ -540,6 +540,25 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
     assert_eq!(bench.story("sensor/g1"), ["tentative"]);
 }
 
+/// It is no fault of the peer's that a run ended meanwhile, and its answer to the present question counts.
+#[test]
+fn a_late_answer_of_a_former_run_is_ignored() {
+    let (mut bench, former) = biased();
+    bench.signals.gage_offsets[0] = 0.0;
+    (bench.signals.run, bench.signals.step) = (RunId(2), Step(0));
+    bench.run(WARM_UP + 100);
+    bench.actions.clear();
+    bench.give(answer(former, Vec::new()));
+    bench.signals.gage_offsets[0] = BIAS_M;
+    bench.run(HOLD + 1);
+    let question = bench.questions()[0].1;
+    bench.give(answer(former, Vec::new()));
+    assert_eq!(bench.story("sensor/g1"), ["tentative"]);
+    bench.give(answer(question, Vec::new()));
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "latched"]);
+    assert_eq!(bench.diagnoser.counters().answers_malformed, 0);
+}
+
 #[test]
 fn several_changes_are_put_into_one_question() {
     let mut bench = Bench::in_service("lower", Rule::FirstChange);

@@ -39,7 +39,6 @@ pub(crate) struct InvariantWatcher {
     /// The gages that lose their values at some time, which is a fault.
     valueless: BTreeSet<ComponentPath>,
     is_honest: bool,
-    is_of_one_run: bool,
     /// Every module is given samples of the plant with the faults.
     is_of_one_plant: bool,
     step_ns: u64,
@@ -67,7 +66,6 @@ impl InvariantWatcher {
             faults: scenario.faults.clone(),
             valueless: scenario.valueless(setup).collect(),
             is_honest: scenario.is_honest(),
-            is_of_one_run: scenario.is_of_one_run(),
             is_of_one_plant: scenario.is_of_one_plant(),
             step_ns: setup.step_ns(),
             numbering: (0..modules).map(|_| Numbering::default()).collect(),
@@ -119,11 +117,8 @@ impl InvariantWatcher {
             }
         }
         // Numbers have no gap and no number is given twice.
-        let numbering = &mut self.numbering[of];
         let (incarnation, sequence) = (transition.incarnation, transition.sequence);
-        if incarnation != numbering.incarnation {
-            *numbering = Numbering { incarnation, ..Numbering::default() };
-        }
+        let numbering = self.numbering_of(of, incarnation);
         let follows = sequence == numbering.latest + 1;
         // A number that no disk had may be given again.
         let again = sequence <= numbering.latest && sequence == numbering.durable + 1;
@@ -160,18 +155,27 @@ impl InvariantWatcher {
         }
     }
 
-    /// A module does not use what its peer says. What comes late of a former run cannot be used.
+    /// A module does not use what its peer says.
     pub(crate) fn rejects(&mut self, now_ns: u64, module: &ModuleName, peer: &ModuleName) {
-        if self.is_honest && self.is_of_one_run {
+        if self.is_honest {
             self.violated(now_ns, format_args!("{module} rejects what {peer} says"));
         }
     }
 
-    /// A process begins on a disk that has numbers up to this one.
-    pub(crate) fn restarted(&mut self, of: usize, latest: u64) {
-        let numbering = &mut self.numbering[of];
+    /// A process begins on a disk that has numbers of this incarnation up to this one. Those of a new one may all have
+    /// been written without being published.
+    pub(crate) fn restarted(&mut self, of: usize, incarnation: u64, latest: u64) {
+        let numbering = self.numbering_of(of, incarnation);
         numbering.latest = numbering.latest.max(latest);
         numbering.durable = numbering.durable.max(latest);
+    }
+
+    fn numbering_of(&mut self, module: usize, incarnation: u64) -> &mut Numbering {
+        let numbering = &mut self.numbering[module];
+        if numbering.incarnation != incarnation {
+            *numbering = Numbering { incarnation, ..Numbering::default() };
+        }
+        numbering
     }
 
     pub(crate) fn status(&mut self, now_ns: u64, status: &ModuleStatus) {

@@ -8,7 +8,7 @@ use process::{Disk, WatchedSteps};
 #[derive(Debug, Default)]
 pub(crate) struct SimulatedDisk {
     /// The file before the latest new one.
-    older: Vec<String>,
+    pub(crate) older: Vec<String>,
     present: Vec<String>,
     /// So many records of the present file survive a loss of power.
     synced: usize,

@@ -7,18 +7,18 @@ use diagnosis::messages::Speaker;
 use diagnosis::{Diagnoser, SetupError};
 use process::{
     Arbitration, ComponentStore, JournalKeeper, JournalRecord, ModuleProcess, Now, PeerTimeouts,
-    ProcessSurroundings, PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals,
+    ProcessSettings, ProcessSurroundings, PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals,
     SampleSource, ShutOffInterlock, StoreState, WriteBatch,
 };
 use vocabulary::{CylinderCapability, ModuleName, Topic};
 
 use crate::disk::SimulatedDisk;
+use crate::scenario::{KillMoment, WorldScenario};
 use crate::setup::Setup;
 
 /// A query that waits for its reply, by its number.
 pub(crate) type QueryId = u64;
 
-const ROTATE_BYTES: u64 = 40_000;
 const FIRST_TIMEOUT: Duration = Duration::from_millis(300);
 /// Cylinders that may be shut off at a time, and how long what a peer says of its own counts.
 pub(crate) const MOST_SHUT_OFF: u64 = 1;
@@ -37,6 +37,10 @@ pub(crate) struct Computer {
     pub(crate) clock_ns: i64,
     /// Until when the process stands still \[ns\].
     pub(crate) frozen_until: u64,
+    /// Until when it is busy with a step \[ns\]; only samples are received meanwhile.
+    pub(crate) busy_until: u64,
+    /// How the process is to end, with the loss of power or without.
+    pub(crate) doom: Vec<(KillMoment, bool)>,
 }
 
 /// A process with what is around the decisions in it: queues, the journal's thread, the events' thread.
@@ -103,15 +107,22 @@ impl Computer {
             disk: SimulatedDisk::default(),
             clock_ns: 0,
             frozen_until: 0,
+            busy_until: 0,
+            doom: Vec::new(),
         }
     }
 
     /// Starts the process on what the disk holds.
-    pub(crate) fn start(&mut self, setup: &Setup, now: Now) -> Result<(), Vec<SetupError>> {
+    pub(crate) fn start(
+        &mut self,
+        setup: &Setup,
+        scenario: &WorldScenario,
+        now: Now,
+    ) -> Result<(), Vec<SetupError>> {
         use process::Disk as _;
         let known = &setup.modules[self.place];
         let name = known.setup.module.clone();
-        let mut keeper = JournalKeeper::new(Some("/state".to_owned()), ROTATE_BYTES);
+        let mut keeper = JournalKeeper::new(Some("/state".to_owned()), scenario.rotate_bytes);
         let records = match self.disk.open() {
             Ok((records, _)) => records,
             Err(problem) => {
@@ -128,7 +139,10 @@ impl Computer {
         let diagnoser = Diagnoser::new(known.setup.clone())?;
         let (module, _) = ModuleProcess::start(
             (diagnoser, speaker),
-            known.settings.clone(),
+            ProcessSettings {
+                recover_steps: scenario.remembered_samples as u64,
+                ..known.settings.clone()
+            },
             String::new(),
             (&mut store, self.disk.watch),
             now,
@@ -162,7 +176,7 @@ impl Computer {
     /// The process is gone, at once.
     pub(crate) fn end(&mut self) -> Option<RunningProcess> {
         self.disk.process_ended();
-        self.frozen_until = 0;
+        (self.frozen_until, self.busy_until) = (0, 0);
         self.life += 1;
         self.process.take()
     }

@@ -3,7 +3,7 @@
 use vocabulary::{ComponentPath, FaultState, FaultTransition};
 
 use crate::scenario::DisturbanceKind as Kind;
-use crate::world::World;
+use crate::world::{BEHIND, World};
 
 impl World<'_> {
     pub(crate) fn note_faults(&mut self) {
@@ -117,13 +117,9 @@ impl World<'_> {
         self.reach_all(&reached);
     }
 
-    pub(crate) fn note_loss(&mut self, one: &crate::scenario::Disturbance) {
-        let alone = crate::scenario::WorldScenario {
-            disturbances: vec![one.clone()],
-            ..self.scenario.undisturbed()
-        };
-        let mut lost = alone.valueless(self.setup);
-        if lost.any(|gage| self.watcher.states.get(&gage).is_some_and(|state| state.is_fault())) {
+    pub(crate) fn note_loss(&mut self, what: Kind) {
+        let lost = what.valueless(self.setup);
+        if lost.is_some_and(|gage| self.watcher.states.get(&gage).is_some_and(|s| s.is_fault())) {
             self.coverage.reach("a gage that is faulty lost its value");
         }
     }
@@ -164,11 +160,13 @@ impl World<'_> {
             component.module == name
                 && matches!(state, FaultState::Tentative | FaultState::Unconfirmed)
         });
+        let catches_up = self.steps_behind(of) > BEHIND;
         let Some(running) = self.computers[of].process.as_ref() else { return };
         let writing = running.writing.as_ref().is_some_and(|batch| !batch.0.records.is_empty());
         let reached = [
             (writing && !power, "killed while a record was being written"),
             (writing && power, "power lost with records that no disk had"),
+            (catches_up, "killed while catching up"),
             (waits, "killed with a question under way"),
             (tentative, "killed between a change and its verdict"),
         ];

@@ -21,6 +21,11 @@ pub(crate) const END: u64 = 32_000;
 /// Biases \[m/m\], far above the smallest that is isolated.
 const BIAS_STRAIN: [f64; 2] = [120e-6, 250e-6];
 
+/// More samples than a world has.
+const MANY_SAMPLES: usize = 8192;
+/// A file of a journal that lasts for most of a world \[bytes\].
+const LARGE_FILE: u64 = 40_000;
+
 /// What happens in a world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorldScenario {
@@ -32,6 +37,11 @@ pub struct WorldScenario {
     pub orders: Vec<TimedOrder>,
     /// What goes wrong around it.
     pub disturbances: Vec<Disturbance>,
+    /// So many samples the publisher keeps, and so many a process asks for after it was down: in some worlds fewer than
+    /// an outage lasts, so that what happened meanwhile stays unknown.
+    pub remembered_samples: usize,
+    /// A new file of a journal begins after so many bytes: in some worlds several times.
+    pub rotate_bytes: u64,
 }
 
 /// An order of an operator.
@@ -54,6 +64,19 @@ pub struct Disturbance {
     pub until_ms: u64,
     /// What.
     pub what: DisturbanceKind,
+    /// Of a kill or a loss of power: it waits for this, and does not happen without it.
+    pub waits_for: Option<KillMoment>,
+}
+
+/// What a process does when it is killed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KillMoment {
+    /// The disk writes.
+    Writing,
+    /// It has put a question.
+    Asking,
+    /// It has published a transition.
+    Publishing,
 }
 
 /// What goes wrong. A module is given by its index.
@@ -65,6 +88,8 @@ pub enum DisturbanceKind {
     PowerLoss(usize),
     /// The process stands still.
     Freeze(usize),
+    /// A step takes the process so long \[µs\]: more than a step lasts, or so much that catching up takes seconds.
+    SlowProcess(usize, u64),
     /// Nothing reaches the module.
     Deaf(usize),
     /// Nothing that the module says reaches anybody.
@@ -101,7 +126,43 @@ pub enum DisturbanceKind {
     Liar(usize),
 }
 
+impl KillMoment {
+    fn draw(draw: &mut ChaCha8Rng) -> Option<Self> {
+        let moments = [None, None, Some(Self::Writing), Some(Self::Asking), Some(Self::Publishing)];
+        moments[draw.random_range(0..moments.len())]
+    }
+
+    fn in_words(self) -> &'static str {
+        match self {
+            Self::Writing => "while the disk writes",
+            Self::Asking => "once it has asked",
+            Self::Publishing => "once it has published",
+        }
+    }
+}
+
+impl fmt::Display for Disturbance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.what.fmt(f)?;
+        self.waits_for.map_or(Ok(()), |moment| write!(f, " {}", moment.in_words()))
+    }
+}
+
 impl DisturbanceKind {
+    /// The gage that loses its value.
+    pub(crate) fn valueless(self, setup: &Setup) -> Option<ComponentPath> {
+        let Self::NoValue(module, gage) = self else { return None };
+        let module = &setup.modules[module].setup;
+        let gages = module.components().into_iter();
+        let mut gages = gages.filter(|one| matches!(one, Component::Sensor(_)));
+        let component = gages.nth(gage)?;
+        Some(ComponentPath { module: module.module.clone(), component })
+    }
+
+    fn ends_process(self) -> bool {
+        matches!(self, Self::Kill(_) | Self::PowerLoss(_))
+    }
+
     /// Its name.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -109,6 +170,7 @@ impl DisturbanceKind {
             Self::Kill(_) => "kill",
             Self::PowerLoss(_) => "power loss",
             Self::Freeze(_) => "freeze",
+            Self::SlowProcess(..) => "slow process",
             Self::Deaf(_) => "deaf",
             Self::Mute(_) => "mute",
             Self::CutOff(_) => "cut off",
@@ -130,12 +192,13 @@ impl DisturbanceKind {
     }
 
     /// Every kind once, with what is drawn for it.
-    fn drawn(draw: &mut ChaCha8Rng, modules: &[usize]) -> [Self; 20] {
+    fn drawn(draw: &mut ChaCha8Rng, modules: &[usize]) -> [Self; 21] {
         let module = modules[draw.random_range(0..modules.len())];
         [
             Self::Kill(module),
             Self::PowerLoss(module),
             Self::Freeze(module),
+            Self::SlowProcess(module, draw.random_range(1_000..8_000)),
             Self::Deaf(module),
             Self::Mute(module),
             Self::CutOff(module),
@@ -174,6 +237,7 @@ impl fmt::Display for DisturbanceKind {
             Self::Split(m) => write!(f, " below module{}", m + 1),
             Self::Loss(share) | Self::Twice(share) => write!(f, " of {:.0} %", 1e2 * share),
             Self::Late(ms) => write!(f, " by up to {ms} ms"),
+            Self::SlowProcess(m, us) => write!(f, " of module{}: {us} µs a step", m + 1),
             Self::SlowDisk(m, ms) => write!(f, " of module{}: {ms} ms", m + 1),
             Self::WrongClock(m, s) => write!(f, " of module{}: {s:+.0} s", m + 1),
             Self::NoValue(m, gage) => write!(f, " of module{}/sensor/g{}", m + 1, gage + 1),
@@ -209,17 +273,16 @@ impl WorldScenario {
                 let from_ms = draw.random_range(DISTURBED_FROM..CALM_FROM - 1000);
                 let longest = (CALM_FROM - from_ms).min(8_000);
                 let until_ms = from_ms + draw.random_range(200..=longest);
-                disturbances.push(Disturbance { from_ms, until_ms, what });
+                let waits_for = KillMoment::draw(&mut draw).filter(|_| what.ends_process());
+                disturbances.push(Disturbance { from_ms, until_ms, what, waits_for });
             }
         }
         disturbances.sort_by_key(|one| (one.from_ms, one.until_ms));
-        Self { seed, faults, orders, disturbances }
-    }
-
-    /// The same faults and orders without any disturbance.
-    #[must_use]
-    pub fn undisturbed(&self) -> Self {
-        Self { disturbances: Vec::new(), ..self.clone() }
+        let forgets = draw.random_bool(0.2);
+        let remembered_samples = if forgets { draw.random_range(200..1500) } else { MANY_SAMPLES };
+        let rotates = draw.random_bool(0.3);
+        let rotate_bytes = if rotates { draw.random_range(4_000..20_000) } else { LARGE_FILE };
+        Self { seed, faults, orders, disturbances, remembered_samples, rotate_bytes }
     }
 
     /// Is anything going wrong between these times, or has it shortly before?
@@ -233,6 +296,11 @@ impl WorldScenario {
     /// hides looks like that of the component on which it has its largest effect.
     pub(crate) fn is_honest(&self) -> bool {
         !self.disturbances.iter().any(|one| matches!(one.what, DisturbanceKind::Liar(_)))
+    }
+
+    /// Does the publisher keep fewer samples than an outage may last?
+    pub(crate) fn forgets(&self) -> bool {
+        self.remembered_samples < MANY_SAMPLES
     }
 
     /// Are all samples those of one run? Otherwise a fault may begin in one that is not used, or before a module watches.
@@ -251,17 +319,7 @@ impl WorldScenario {
 
     /// The gages that lose their values at some time.
     pub(crate) fn valueless(&self, setup: &Setup) -> impl Iterator<Item = ComponentPath> {
-        let of = |one: &Disturbance| match one.what {
-            DisturbanceKind::NoValue(module, gage) => {
-                let module = &setup.modules[module].setup;
-                let gages = module.components().into_iter();
-                let mut gages = gages.filter(|one| matches!(one, Component::Sensor(_)));
-                let component = gages.nth(gage)?;
-                Some(ComponentPath { module: module.module.clone(), component })
-            }
-            _ => None,
-        };
-        self.disturbances.iter().filter_map(of)
+        self.disturbances.iter().filter_map(|one| one.what.valueless(setup))
     }
 
     /// Variants with one thing less, for shrinking: the largest steps first.
@@ -274,6 +332,12 @@ impl WorldScenario {
             smaller.extend(
                 [first, second].map(|part| Self { disturbances: part.to_vec(), ..self.clone() }),
             );
+        }
+        if self.forgets() {
+            smaller.push(Self { remembered_samples: MANY_SAMPLES, ..self.clone() });
+        }
+        if self.rotate_bytes < LARGE_FILE {
+            smaller.push(Self { rotate_bytes: LARGE_FILE, ..self.clone() });
         }
         for place in 0..self.disturbances.len() {
             let mut less = self.clone();

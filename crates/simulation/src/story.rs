@@ -91,7 +91,7 @@ fn disturbances(scenario: &WorldScenario) -> Vec<StoryEntry> {
         from_ms: one.from_ms as f64,
         until_ms: Some(one.until_ms as f64),
         class: "wrong",
-        words: one.what.to_string(),
+        words: one.to_string(),
     };
     scenario.disturbances.iter().map(entry).collect()
 }
@@ -133,6 +133,7 @@ fn lane_of(what: DisturbanceKind) -> Option<usize> {
         DisturbanceKind::Kill(module)
         | DisturbanceKind::PowerLoss(module)
         | DisturbanceKind::Freeze(module)
+        | DisturbanceKind::SlowProcess(module, _)
         | DisturbanceKind::Deaf(module)
         | DisturbanceKind::Mute(module)
         | DisturbanceKind::CutOff(module)

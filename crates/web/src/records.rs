@@ -432,11 +432,13 @@ impl Recorder {
     fn take_events(&mut self, scene: &Scene) {
         let mut new: Vec<Arc<ObservedEvent>> =
             scene.events.iter().filter(|event| event.number > self.event).cloned().collect();
-        let Some((first, last)) = new.first().zip(new.last()) else { return };
-        let (lost, last) = (first.number - self.event - 1, last.number);
-        if lost > 0 {
-            let number = first.number - 1;
-            let time_unix_ns = first.time_unix_ns;
+        let first = new.iter().map(|event| event.time_unix_ns).min();
+        // In the order of their times, which may not be that of their numbers.
+        let last = new.iter().map(|event| event.number).max();
+        let Some((time_unix_ns, last)) = first.zip(last) else { return };
+        let lost = last - self.event - new.len() as u64;
+        let is_missing = |number: &u64| !new.iter().any(|event| event.number == *number);
+        if let Some(number) = (self.event + 1..last).find(is_missing) {
             let lost = ObservedEvent { number, time_unix_ns, news: News::Lost { count: lost } };
             new.insert(0, Arc::new(lost));
         }
@@ -612,6 +614,22 @@ mod tests {
             heard.observed[..],
             [ObservedEvent { news: News::Lost { count: 2 }, .. }]
         ));
+    }
+
+    #[test]
+    fn an_event_without_a_line_is_not_lost() {
+        let directory = tempfile::tempdir().unwrap();
+        let (structure, module) = names();
+        let kept = kept(directory.path());
+        let mut known = observer::Structures::new(Some(&structure), vec![module.clone()]);
+        let normal = || News::Present(Box::new(component("m1/sensor/g1", FaultState::Normal)));
+        let mut recorder = Recorder::new(Arc::clone(&kept));
+        for news in [normal(), normal(), fault(3), normal(), fault(4)] {
+            known.news(news, 1000);
+            recorder = recorder.take(&known.scene(1, 1000));
+        }
+        let heard = records(kept).history(&structure, &module, 0..=u64::MAX, 100);
+        assert_eq!((heard.transitions.len(), heard.observed), (2, vec![]));
     }
 
     #[test]

@@ -131,7 +131,9 @@ impl Driver {
             let refused = driver.bench.diagnoser.counters().answers_malformed > malformed;
             let peer = &mut driver.peers[place];
             match (refused, asked) {
-                (false, _) => peer.answered(&answer),
+                (false, Some(asked)) if asked == answer.question => peer.answered(&answer),
+                // Neither taken nor refused.
+                (false, _) => assert!(answer.question.run < driver.bench.signals.run),
                 (true, Some(_)) => peer.failed(),
                 (true, None) => {}
             }

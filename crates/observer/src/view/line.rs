@@ -21,7 +21,7 @@ pub struct EventLine {
     pub module: Option<ModuleName>,
     /// The component, if the event is about one.
     pub component: Option<ComponentPath>,
-    /// The component, the module or the plant; empty for other events.
+    /// The component, the module or the plant; otherwise the view itself.
     pub who: String,
     /// The event in a word or two.
     pub what: String,
@@ -67,7 +67,7 @@ impl EventLine {
                     .because(format!("transitions {from} to {to} could not be fetched: {reason}"))
                     .of_module(structure, module)
             }
-            News::Unreadable { key, problem } => Self::new("", "not understood", Tone::Doubt)
+            News::Unreadable { key, problem } => Self::new("this view", "not understood", Tone::Doubt)
                 .because(printable(&format!("{key}: {problem}"))),
             News::Connection { connected: true } => Self::new("this view", "connected", Tone::Calm)
                 .because("an entry point answers again"),
@@ -75,7 +75,7 @@ impl EventLine {
                 .because("no entry point answers: nothing is known of any module until one does"),
             News::Lost { count } => {
                 let why = format!("{count} events dropped: receive queue full");
-                Self::new("", "LOST", Tone::Alarm).because(why)
+                Self::new("this view", "LOST", Tone::Alarm).because(why)
             }
         };
         let time_unix_ns =

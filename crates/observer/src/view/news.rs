@@ -76,10 +76,11 @@ impl News {
     }
 }
 
-/// An event with a number; each observer counts from 1.
+/// An event with a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ObservedEvent {
-    /// Its number.
+    /// Its number: each observer counts those with a line in lists from 1, so that a missing number is a lost event. One
+    /// without a line has the number of the latest that has one.
     pub number: u64,
     /// When it arrived, by the local clock \[ns since 1970\].
     pub time_unix_ns: u64,

@@ -136,10 +136,11 @@ impl Structures {
             | News::Connection { .. }
             | News::Lost { .. } => {}
         }
-        self.last_event += 1;
+        let is_shown = news.is_shown();
+        self.last_event += u64::from(is_shown);
         let event = ObservedEvent { number: self.last_event, time_unix_ns: now_unix_ns, news };
         let event = Arc::new(event);
-        if event.news.is_shown() {
+        if is_shown {
             self.list(event.clone());
         }
         event

@@ -408,10 +408,10 @@ fn each_kind_of_event_has_its_line() {
     let missed = line(News::Missed { structure, module, from: 3, to: 4, reason });
     assert_eq!(missed, of("m1", "MISSED", "transitions 3 to 4 could not be fetched: refused"));
     let lost = line(News::Lost { count: 3 });
-    assert_eq!(lost, of("", "LOST", "3 events dropped: receive queue full"));
+    assert_eq!(lost, of("this view", "LOST", "3 events dropped: receive queue full"));
     let hostile =
         line(News::Unreadable { key: "k".to_owned(), problem: "\x1b[2J\u{202e}".to_owned() });
-    assert_eq!(hostile, of("", "not understood", r"k: \u{1b}[2J\u{202e}"));
+    assert_eq!(hostile, of("this view", "not understood", r"k: \u{1b}[2J\u{202e}"));
 }
 
 #[test]

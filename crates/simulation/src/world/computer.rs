@@ -7,7 +7,7 @@ impl World<'_> {
         let now = self.clocks(of);
         let computer = &mut self.computers[of];
         computer.disk.is_full = self.active.contains(&DisturbanceKind::FullDisk(of));
-        computer.start(self.setup, now).map_err(|problems| {
+        computer.start(self.setup, self.scenario, now).map_err(|problems| {
             let problems: Vec<String> = problems.iter().map(ToString::to_string).collect();
             SimulationError::Setup(problems.join("; "))
         })?;
@@ -34,7 +34,8 @@ impl World<'_> {
         let Some(running) = self.computers[of].process.as_ref() else { return };
         let (transitions, found) = running.store.components.published();
         let next = running.module.diagnoser().next_sequence();
-        self.watcher.restarted(of, next.saturating_sub(1));
+        let incarnation = running.store.components.incarnation();
+        self.watcher.restarted(of, incarnation, next.saturating_sub(1));
         for transition in transitions {
             self.tell_view(of, Incoming::Transition(Box::new(transition)));
         }
@@ -102,7 +103,11 @@ impl World<'_> {
 
     /// Diagnoses what there is to be diagnosed.
     pub(super) fn pump(&mut self, of: usize) {
+        let step_takes = self.step_takes(of);
         loop {
+            if self.computers[of].busy_until > self.now {
+                return;
+            }
             let Some(running) = self.computers[of].process.as_mut() else { return };
             if running.module.pause().is_none()
                 && let Some(arrival) = running.inbox.pop_front()
@@ -110,7 +115,13 @@ impl World<'_> {
                 running.module.sample(arrival);
             }
             running.around.corrects = running.module.diagnoser().replaces_any();
-            while self.take(of, process::ModuleProcess::advance) == Some(true) {}
+            while self.take(of, process::ModuleProcess::advance) == Some(true) {
+                if let Some(takes) = step_takes {
+                    self.computers[of].busy_until = self.now + takes;
+                    let life = self.computers[of].life;
+                    return self.after(takes, Happening::StepDone { of, life });
+                }
+            }
             let Some(running) = self.computers[of].process.as_mut() else { return };
             if let Some(until) = running.module.pause() {
                 let ends = u64::try_from(until.duration_since(self.origin).as_nanos());
@@ -128,6 +139,15 @@ impl World<'_> {
                 return;
             }
         }
+    }
+
+    /// How long a step takes the process, if that is slow \[ns\].
+    fn step_takes(&self, of: usize) -> Option<u64> {
+        let slow = self.active.iter().filter_map(|one| match *one {
+            DisturbanceKind::SlowProcess(module, us) if module == of => Some(1_000 * us),
+            _ => None,
+        });
+        slow.max()
     }
 
     pub(super) fn end_pause(&mut self, of: usize) {
@@ -156,7 +176,8 @@ impl World<'_> {
 
     /// Checks that no held question and no pause outlives its deadline. The pause of a frozen process ends once it thaws.
     fn check_times(&mut self, of: usize) {
-        let (now, name, moves_since) = (self.now, self.name(of), self.computers[of].frozen_until);
+        let (now, name) = (self.now, self.name(of));
+        let moves_since = self.computers[of].frozen_until;
         let Some(running) = self.computers[of].process.as_ref() else { return };
         if let Some(until) = running.held.values().min() {
             self.watcher.lasts(now, name, "the time to hold a question", *until);
@@ -254,6 +275,9 @@ impl World<'_> {
             ..StatusSurroundings::default()
         };
         let status = running.module.status(&running.store, around, now);
+        if self.step_takes(of).is_some() && self.steps_behind(of) > BEHIND {
+            self.coverage.reach("a process two seconds behind");
+        }
         if status.phase == ModulePhase::Stale {
             self.coverage.reach("a module stale");
         }

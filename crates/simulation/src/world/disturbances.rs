@@ -1,6 +1,7 @@
 //! What goes wrong, and what has to be so at the end.
 
 use super::*;
+use crate::scenario::DisturbanceKind as Kind;
 
 impl World<'_> {
     pub(super) fn is_now(&self, from_ms: u64, until_ms: u64) -> bool {
@@ -10,27 +11,31 @@ impl World<'_> {
     pub(super) fn begin(&mut self, place: usize) -> Result<(), SimulationError> {
         let one = &self.scenario.disturbances[place];
         let (what, until) = (one.what, one.until_ms * MS);
-        self.trace.note(self.now, format_args!("begins: {what}"));
+        self.trace.note(self.now, format_args!("begins: {one}"));
+        if let (Some(moment), Kind::Kill(of) | Kind::PowerLoss(of)) = (one.waits_for, what) {
+            self.computers[of].doom.push((moment, matches!(what, Kind::PowerLoss(_))));
+            return Ok(());
+        }
         self.active.push(what);
         match what {
-            DisturbanceKind::Kill(of) => self.kill(of, false),
-            DisturbanceKind::PowerLoss(of) => self.kill(of, true),
-            DisturbanceKind::Freeze(of) => {
+            Kind::Kill(of) => self.kill(of, false),
+            Kind::PowerLoss(of) => self.kill(of, true),
+            Kind::Freeze(of) => {
                 let computer = &mut self.computers[of];
                 if computer.process.is_some() {
                     computer.frozen_until = computer.frozen_until.max(until);
                 }
             }
-            DisturbanceKind::WrongClock(of, s) => {
+            Kind::WrongClock(of, s) => {
                 self.computers[of].clock_ns += (s * 1e9) as i64;
             }
-            DisturbanceKind::NoValue(..) => self.note_loss(one),
-            DisturbanceKind::RestartedPublisher => {
+            Kind::NoValue(..) => self.note_loss(what),
+            Kind::RestartedPublisher => {
                 let (RunId(run), _) = self.run;
                 self.run = (RunId(run + 1), self.plant.next_step());
                 self.kept.clear();
             }
-            DisturbanceKind::SecondPublisher if self.other.is_none() => {
+            Kind::SecondPublisher if self.other.is_none() => {
                 self.other = Some(self.setup.plant(self.scenario.seed ^ 1)?);
             }
             _ => {}
@@ -39,33 +44,47 @@ impl World<'_> {
     }
 
     pub(super) fn finish(&mut self, place: usize) {
-        let what = self.scenario.disturbances[place].what;
-        self.trace.note(self.now, format_args!("ends: {what}"));
+        let one = &self.scenario.disturbances[place];
+        let what = one.what;
+        self.trace.note(self.now, format_args!("ends: {one}"));
         if let Some(known) = self.active.iter().position(|one| *one == what) {
             self.active.remove(known);
         }
         match what {
-            DisturbanceKind::Kill(of) | DisturbanceKind::PowerLoss(of) => {
-                let is_down = |one: &DisturbanceKind| matches!(*one, DisturbanceKind::Kill(m) | DisturbanceKind::PowerLoss(m) if m == of);
+            Kind::Kill(of) | Kind::PowerLoss(of) => {
+                self.computers[of].doom.clear();
+                let is_down =
+                    |one: &Kind| matches!(*one, Kind::Kill(m) | Kind::PowerLoss(m) if m == of);
                 if !self.active.iter().any(is_down) {
                     self.after(0, Happening::Starts { of });
                 }
             }
-            DisturbanceKind::WrongClock(of, s) => {
+            Kind::WrongClock(of, s) => {
                 self.computers[of].clock_ns -= (s * 1e9) as i64;
             }
-            DisturbanceKind::SecondPublisher => {
-                let others = self.active.contains(&DisturbanceKind::SecondPublisher);
+            Kind::SecondPublisher => {
+                let others = self.active.contains(&Kind::SecondPublisher);
                 self.other = self.other.take().filter(|_| others);
             }
             _ => {}
         }
     }
 
+    /// The process does what its end was to wait for, which comes in less than this time.
+    pub(super) fn comes_to(&mut self, of: usize, moment: KillMoment, within_ns: u64) {
+        let computer = &mut self.computers[of];
+        let Some(place) = computer.doom.iter().position(|(other, _)| *other == moment) else {
+            return;
+        };
+        let ((_, power), life) = (computer.doom.remove(place), computer.life);
+        let delay = self.draw.random_range(0..within_ns);
+        self.after(delay, Happening::Dies { of, life, power });
+    }
+
     pub(super) fn kill(&mut self, of: usize, power: bool) {
         self.note_kill(of, power);
         self.tell_presence(of, false);
-        let is_full = self.active.contains(&DisturbanceKind::FullDisk(of));
+        let is_full = self.active.contains(&Kind::FullDisk(of));
         // The kernel may have what the disk was writing.
         let kernel_has = self.draw.random_bool(0.5);
         let computer = &mut self.computers[of];
@@ -87,8 +106,15 @@ impl World<'_> {
         self.setup.module_names().position(|name| name == module).unwrap_or(0)
     }
 
-    pub(super) fn end(&mut self) {
+    /// By how many steps a process is behind the publisher.
+    pub(crate) fn steps_behind(&self, of: usize) -> u64 {
         let last = self.plant.next_step().minus(self.run.1.0);
+        let running = self.computers[of].process.as_ref();
+        let known = running.and_then(|running| running.module.diagnoser().last_step());
+        last.since(known.unwrap_or(Step(0)))
+    }
+
+    pub(super) fn end(&mut self) {
         for place in 0..self.computers.len() {
             let name = self.name(place);
             let Some(running) = self.computers[place].process.as_ref() else {
@@ -100,7 +126,7 @@ impl World<'_> {
             if running.module.phase() != ModulePhase::InService {
                 problems.push(format!("is {}", running.module.phase().as_str()));
             }
-            let behind = last.since(diagnoser.last_step().unwrap_or(Step(0)));
+            let behind = self.steps_behind(place);
             if behind > 4 {
                 problems.push(format!("is {behind} steps behind"));
             }
@@ -117,7 +143,8 @@ impl World<'_> {
                 problems.push(format!("has {} records that no disk has", status.unsaved));
             }
             let missed = diagnoser.counters().samples_missing;
-            if missed > 0 && !running.may_miss_samples && self.scenario.is_of_one_run() {
+            let owes = self.scenario.is_of_one_run() && !self.scenario.forgets();
+            if missed > 0 && !running.may_miss_samples && owes {
                 problems.push(format!("missed {missed} samples that the publisher has"));
             }
             for problem in problems {

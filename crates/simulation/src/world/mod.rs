@@ -28,7 +28,7 @@ use vocabulary::{
 use crate::check::InvariantWatcher;
 use crate::coverage::ReachedHistories;
 use crate::module::{Computer, INCUMBENT, MOST_SHUT_OFF, QueryId, RunningProcess, SampleFate};
-use crate::scenario::{DisturbanceKind, END, WorldScenario};
+use crate::scenario::{DisturbanceKind, END, KillMoment, WorldScenario};
 use crate::setup::{Setup, SimulationError};
 use crate::trace::WorldTrace;
 use crate::view::View;
@@ -47,11 +47,11 @@ const LARGEST_INNOVATION: f64 = 3e-6;
 const DISK: std::ops::Range<u64> = MS..6 * MS;
 /// The run of another publisher.
 pub(crate) const OTHER_RUN: RunId = RunId(1_000);
-/// Samples that the publisher keeps.
-const KEPT: usize = 8192;
 /// How long samples are asked for in vain, and how often \[ns\].
 const FETCHED_FOR: u64 = 9 * SECOND;
 const FETCH_AGAIN: u64 = 550 * MS;
+/// A process that catches up is so many steps behind.
+pub(crate) const BEHIND: u64 = 400;
 /// How long an operator waits for a reply \[ns\].
 const ORDER_TIMEOUT: u64 = 3 * SECOND;
 /// An identification takes so long \[ns\].
@@ -74,6 +74,15 @@ pub(crate) enum Happening {
     PauseEnds {
         of: usize,
         life: u64,
+    },
+    StepDone {
+        of: usize,
+        life: u64,
+    },
+    Dies {
+        of: usize,
+        life: u64,
+        power: bool,
     },
     DiskWakes {
         of: usize,
@@ -326,6 +335,7 @@ impl<'a> World<'a> {
         match happening {
             Happening::Tick { of, life }
             | Happening::PauseEnds { of, life }
+            | Happening::StepDone { of, life }
             | Happening::DiskWakes { of, life }
             | Happening::DiskAnswers { of, life }
             | Happening::OutletWakes { of, life }
@@ -347,8 +357,11 @@ impl<'a> World<'a> {
             if life.is_some_and(|life| life != computer.life) {
                 return Ok(());
             }
-            if computer.frozen_until > self.now {
-                self.queue.insert((computer.frozen_until, number), happening);
+            let is_sample = matches!(happening, Happening::Sample { .. });
+            let busy_until = if is_sample { 0 } else { computer.busy_until };
+            let moves_again = computer.frozen_until.max(busy_until);
+            if moves_again > self.now {
+                self.queue.insert((moves_again, number), happening);
                 return Ok(());
             }
         }
@@ -359,6 +372,13 @@ impl<'a> World<'a> {
             }
             Happening::Tick { of, life } => self.tick(of, life),
             Happening::PauseEnds { of, .. } => self.end_pause(of),
+            Happening::StepDone { of, .. } => self.pump(of),
+            // Nothing postpones it.
+            Happening::Dies { of, life, power } => {
+                if self.computers[of].life == life {
+                    self.kill(of, power);
+                }
+            }
             Happening::DiskWakes { of, .. } => self.write(of),
             Happening::DiskAnswers { of, .. } => self.written(of),
             Happening::OutletWakes { of, .. } => self.publish(of),
@@ -377,7 +397,9 @@ impl<'a> World<'a> {
             Happening::Begins(place) => self.begin(place)?,
             Happening::Ends(place) => self.finish(place),
             Happening::Orders(place) => self.order(place),
-            Happening::Starts { of } => self.start(of)?,
+            // It may not have ended.
+            Happening::Starts { of } if self.computers[of].process.is_none() => self.start(of)?,
+            Happening::Starts { .. } => {}
             Happening::PlantHears(said) => self.heard.push(Ok(*said)),
             Happening::PeerHears { to, said, .. } => {
                 let now = self.instant(self.now);

@@ -40,6 +40,7 @@ impl World<'_> {
                 self.trace.note(self.now, line);
                 self.note_transition(of, &transition);
                 self.tell_view(of, Incoming::Transition(transition.clone()));
+                self.comes_to(of, KillMoment::Publishing, MS);
                 if self.watcher.transition(self.now, of, &transition) {
                     self.coverage.reach("a number given again after a loss of power");
                 }
@@ -111,13 +112,20 @@ impl World<'_> {
         let computer = &mut self.computers[of];
         let Some(running) = computer.process.as_mut() else { return };
         let batch = running.keeper.take(&mut running.store, &computer.disk, now);
+        let has_records = !batch.0.records.is_empty();
         if batch.1.is_some() {
             self.coverage.reach("a new file of the journal");
+            if !computer.disk.older.is_empty() {
+                self.coverage.reach("a journal's third file");
+            }
         }
         running.writing = Some(batch);
         let takes = slow.unwrap_or_else(|| self.draw.random_range(DISK));
         let at = hangs_until.unwrap_or(self.now) + takes;
         self.at(at, Happening::DiskAnswers { of, life });
+        if has_records {
+            self.comes_to(of, KillMoment::Writing, at - self.now);
+        }
     }
 
     pub(super) fn written(&mut self, of: usize) {

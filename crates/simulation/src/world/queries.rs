@@ -30,6 +30,7 @@ impl World<'_> {
         if let Some(delay) = self.way(Some(of), Some(to)) {
             self.after(delay, Happening::Asked { to, query, question });
         }
+        self.comes_to(of, KillMoment::Asking, 5 * MS);
     }
 
     pub(super) fn asked(&mut self, to: usize, query: QueryId, question: StateQuestion) {
@@ -140,6 +141,10 @@ impl World<'_> {
             }));
         }
         running.may_miss_samples |= samples.is_empty();
+        let is_first_kept = |sample: &ReceivedSample| sample.sample.step > question.from;
+        if samples.first().is_some_and(is_first_kept) {
+            self.coverage.reach("samples that the publisher has no more");
+        }
         let what = if samples.is_empty() {
             "a fetch in vain"
         } else {

@@ -33,7 +33,7 @@ impl World<'_> {
                 *value = f64::NAN;
             }
         }
-        if self.kept.len() == KEPT {
+        if self.kept.len() == self.scenario.remembered_samples {
             self.kept.pop_front();
         }
         self.kept.push_back(samples.clone());
