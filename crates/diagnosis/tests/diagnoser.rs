@@ -547,15 +547,15 @@ fn a_late_answer_of_a_former_run_is_ignored() {
     bench.signals.gage_offsets[0] = 0.0;
     (bench.signals.run, bench.signals.step) = (RunId(2), Step(0));
     bench.run(WARM_UP + 100);
-    bench.actions.clear();
     bench.give(answer(former, Vec::new()));
     bench.signals.gage_offsets[0] = BIAS_M;
     bench.run(HOLD + 1);
-    let question = bench.questions()[0].1;
+    let question = bench.questions().pop().unwrap().1;
+    assert_eq!(question.run, RunId(2));
     bench.give(answer(former, Vec::new()));
-    assert_eq!(bench.story("sensor/g1"), ["tentative"]);
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed"]);
     bench.give(answer(question, Vec::new()));
-    assert_eq!(bench.story("sensor/g1"), ["tentative", "latched"]);
+    assert_eq!(bench.story("sensor/g1"), ["tentative", "unconfirmed", "latched"]);
     assert_eq!(bench.diagnoser.counters().answers_malformed, 0);
 }
 
