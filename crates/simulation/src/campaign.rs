@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use serde::{Deserialize, Serialize};
-use study::parallel;
+use study::{TimedFault, parallel};
 use vocabulary::ComponentPath;
 
 use crate::coverage::ReachedHistories;
@@ -98,7 +98,11 @@ pub fn run(
 ) -> Result<Outcome, SimulationError> {
     let mut outcome = World::new(setup, scenario, keep)?.run()?;
     let valueless: BTreeSet<ComponentPath> = scenario.valueless(setup).collect();
-    let faulty = scenario.faults.iter().map(|fault| fault.component.clone());
+    // Nobody may have seen a fault that has ended, if the samples of that time are gone.
+    let seen = |fault: &&TimedFault| {
+        !scenario.forgets() || fault.until.is_none() || outcome.named.contains(&fault.component)
+    };
+    let faulty = scenario.faults.iter().filter(seen).map(|fault| fault.component.clone());
     let faulty: BTreeSet<_> = faulty.filter(|one| !valueless.contains(one)).collect();
     if outcome.named != faulty && scenario.is_honest() && scenario.is_of_one_run() {
         let list = |components: &BTreeSet<ComponentPath>| {

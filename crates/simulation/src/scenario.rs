@@ -40,6 +40,8 @@ pub struct WorldScenario {
     /// So many samples the publisher keeps, and so many a process asks for after it was down: in some worlds fewer than
     /// an outage lasts, so that what happened meanwhile stays unknown.
     pub remembered_samples: usize,
+    /// Whether faults are identified, which takes half of the time of such a world.
+    pub identifies: bool,
     /// A new file of a journal begins after so many bytes: in some worlds several times.
     pub rotate_bytes: u64,
 }
@@ -282,7 +284,8 @@ impl WorldScenario {
         let remembered_samples = if forgets { draw.random_range(200..1500) } else { MANY_SAMPLES };
         let rotates = draw.random_bool(0.3);
         let rotate_bytes = if rotates { draw.random_range(4_000..20_000) } else { LARGE_FILE };
-        Self { seed, faults, orders, disturbances, remembered_samples, rotate_bytes }
+        let identifies = draw.random_bool(0.125);
+        Self { seed, faults, orders, disturbances, remembered_samples, identifies, rotate_bytes }
     }
 
     /// Is anything going wrong between these times, or has it shortly before?
@@ -335,6 +338,9 @@ impl WorldScenario {
         }
         if self.forgets() {
             smaller.push(Self { remembered_samples: MANY_SAMPLES, ..self.clone() });
+        }
+        if self.identifies {
+            smaller.push(Self { identifies: false, ..self.clone() });
         }
         if self.rotate_bytes < LARGE_FILE {
             smaller.push(Self { rotate_bytes: LARGE_FILE, ..self.clone() });

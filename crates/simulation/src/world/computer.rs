@@ -222,11 +222,13 @@ impl World<'_> {
                 self.after(0, Happening::Fetch { of, life, question, until });
             }
             ProcessEffect::Ask { peer, question } => self.ask(of, &peer, question),
-            ProcessEffect::Identify(excerpt) => {
+            ProcessEffect::Identify(excerpt) if self.scenario.identifies => {
                 let found = Box::new(identify(&excerpt, None));
                 self.after(IDENTIFYING, Happening::Identified { of, life, found });
             }
-            ProcessEffect::Freeze { .. } | ProcessEffect::SampleRefused(_) => {}
+            ProcessEffect::Identify(_)
+            | ProcessEffect::Freeze { .. }
+            | ProcessEffect::SampleRefused(_) => {}
             ProcessEffect::Status { .. } => self.status(of),
             ProcessEffect::DropQueuedSamples => {
                 self.coverage.reach("a backlog dropped");

@@ -195,8 +195,8 @@ pub struct World<'a> {
     pub(crate) plant: Plant,
     /// What another publisher measures.
     other: Option<Plant>,
-    /// The same plant without any fault.
-    healthy: Plant,
+    /// The same plant without any fault, once it may differ.
+    healthy: Option<Plant>,
     tolerance: Tolerance,
     /// What modules say of their components, until the next step.
     heard: Vec<Result<ModuleMessage, String>>,
@@ -233,7 +233,6 @@ impl<'a> World<'a> {
     ) -> Result<Self, SimulationError> {
         let modules = setup.modules.len();
         let mut plant = setup.plant(scenario.seed)?;
-        let healthy = plant.clone();
         let tolerance = ToleranceSettings {
             corrected_readings: true,
             reallocation: true,
@@ -249,7 +248,7 @@ impl<'a> World<'a> {
             tolerance: Tolerance::new(&tolerance, step_s, RunId(1), &mut plant),
             heard: Vec::new(),
             plant,
-            healthy,
+            healthy: None,
             other: None,
             origin: Instant::now(),
             now: 0,

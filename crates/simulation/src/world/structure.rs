@@ -5,6 +5,11 @@ use super::*;
 impl World<'_> {
     pub(super) fn measure(&mut self) -> Result<(), SimulationError> {
         let step = self.plant.next_step();
+        // Until then both are the same: the controller knows what has been published.
+        let faulty = self.scenario.faults.iter().any(|fault| fault.at == step);
+        if self.healthy.is_none() && (faulty || !self.watcher.states.is_empty()) {
+            self.healthy = Some(self.plant.clone());
+        }
         for fault in &self.scenario.faults {
             if fault.until == Some(step) {
                 self.plant.clear(&fault.component)?;
@@ -24,8 +29,10 @@ impl World<'_> {
         self.control();
         let mut samples = std::mem::take(&mut self.samples);
         read(&mut self.plant, self.run, &mut samples);
-        self.healthy.advance();
-        self.watcher.drift(self.now, drift_m(&self.plant, &self.healthy));
+        if let Some(healthy) = &mut self.healthy {
+            healthy.advance();
+            self.watcher.drift(self.now, drift_m(&self.plant, healthy));
+        }
         for one in &self.active {
             if let DisturbanceKind::NoValue(module, gage) = *one
                 && let Some(value) = samples[module].elongations_m.get_mut(gage)
