@@ -55,7 +55,7 @@ pub(crate) struct RunningProcess {
     pub(crate) overflown: bool,
     /// When a sample of each publisher arrived last, by its run \[ns\].
     pub(crate) heard: [Option<u64>; 2],
-    /// Samples were dropped, or asked for in vain.
+    /// Samples were dropped, asked for in vain, or so late that there was no time to ask.
     pub(crate) may_miss_samples: bool,
     /// The questions of peers that have no reply so far, and until when they may be held \[ns\].
     pub(crate) held: BTreeMap<QueryId, u64>,

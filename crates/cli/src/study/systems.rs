@@ -199,6 +199,14 @@ impl ToleranceArguments {
 
 impl RivalArguments {
     pub(super) fn campaign(&self) -> Result<RivalCampaign, Failure> {
+        let most = 3600.0 / self.nominal_seconds;
+        if self.per_hour > most {
+            return Err(Failure::usage(format!(
+                "`--per-hour` is {}, but a run without a fault counts one alarm at most: with `--nominal-seconds {}` at \
+                 most {most:.0}",
+                self.per_hour, self.nominal_seconds
+            )));
+        }
         let system = self.system.only_system()?;
         let paper = SystemArguments {
             preset: PresetName::Paper,

@@ -205,6 +205,8 @@ fn what_cannot_be_meant_is_refused() {
     let swapped =
         study(&["--plant", &plant, "--config", &module, "--config", &config("module1.toml")]);
     swapped.fails(3, &["module2, module1", "give them in this order"]);
+    let often = run(&["study", "rivals", "--per-hour", "49"]);
+    often.fails(2, &["`--per-hour` is 49", "counts one alarm at most", "at most 48"]);
 }
 
 #[test]

@@ -117,6 +117,10 @@ impl World<'_> {
             running.around.corrects = running.module.diagnoser().replaces_any();
             while self.take(of, process::ModuleProcess::advance) == Some(true) {
                 if let Some(takes) = step_takes {
+                    let is_late = self.steps_behind(of) * self.setup.step_ns() > HURRY;
+                    if let Some(running) = self.computers[of].process.as_mut().filter(|_| is_late) {
+                        running.may_miss_samples = true;
+                    }
                     self.computers[of].busy_until = self.now + takes;
                     let life = self.computers[of].life;
                     return self.after(takes, Happening::StepDone { of, life });

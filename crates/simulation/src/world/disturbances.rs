@@ -22,8 +22,10 @@ impl World<'_> {
             Kind::PowerLoss(of) => self.kill(of, true),
             Kind::Freeze(of) => {
                 let computer = &mut self.computers[of];
-                if computer.process.is_some() {
+                if let Some(running) = &mut computer.process {
                     computer.frozen_until = computer.frozen_until.max(until);
+                    // Then the samples that wait for a peer are old when it moves again, and gaps between them are left.
+                    running.may_miss_samples |= running.module.pause().is_some();
                 }
             }
             Kind::WrongClock(of, s) => {

@@ -52,6 +52,8 @@ const FETCHED_FOR: u64 = 9 * SECOND;
 const FETCH_AGAIN: u64 = 550 * MS;
 /// A process that catches up is so many steps behind.
 pub(crate) const BEHIND: u64 = 400;
+/// A process whose samples have waited so long has no time to ask for others \[ns\].
+const HURRY: u64 = SECOND / 2;
 /// How long an operator waits for a reply \[ns\].
 const ORDER_TIMEOUT: u64 = 3 * SECOND;
 /// An identification takes so long \[ns\].

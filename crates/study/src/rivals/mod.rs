@@ -13,7 +13,6 @@ mod summary;
 use std::sync::OnceLock;
 
 use serde::{Deserialize, Serialize};
-use vocabulary::Step;
 
 pub use detectors::DetectorName;
 pub use summary::{RivalKind, RivalPoint, RivalRow, RivalSummary, SizedFaults};
@@ -219,11 +218,6 @@ fn place_of(rig: &Rig, fault: &TimedFault) -> Option<usize> {
     let (module, component) = (&fault.component.module, &fault.component.component);
     let mut channels = channels.enumerate();
     channels.find(|(_, of)| *of == (module, component)).map(|(place, _)| place)
-}
-
-/// Whether something was declared faulty before this step.
-fn was_early(diagnosed: &[Diagnosed], onset: Step) -> bool {
-    diagnosed.iter().any(|diagnosed| diagnosed.detection < onset)
 }
 
 #[cfg(test)]

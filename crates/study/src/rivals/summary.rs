@@ -7,7 +7,7 @@ use statrs::distribution::{Binomial, DiscreteCDF};
 use vocabulary::Step;
 use vocabulary::fault::{Fault, FaultKind};
 
-use super::{DetectorName, RivalRecord, was_early};
+use super::{DetectorName, RivalRecord};
 use crate::campaign::Rows;
 use crate::group::Diagnosed;
 use crate::report::{Table, interval, percent};
@@ -190,8 +190,7 @@ impl RivalSummary {
         let faults: Vec<&RivalRecord> =
             rows.values().filter(|row| row.injection.is_some()).collect();
         let allowed = (per_hour * calibration_hours).round() as usize;
-        let mut judged = Vec::new();
-        for (place, name) in DetectorName::ALL.iter().enumerate() {
+        let detectors = DetectorName::ALL.iter().enumerate().map(|(place, name)| {
             let peak =
                 |run: &&RivalRecord| run.courses.get(place).and_then(|course| course.healthy);
             let limit = match name {
@@ -199,82 +198,31 @@ impl RivalSummary {
                 DetectorName::AlwaysAlarm => i32::MIN,
                 _ => limit(calibration.iter().map(peak).collect(), allowed),
             };
-            let alarms = test.iter().filter(|run| peak(run) >= Some(limit)).count() as u64;
-            let outcomes: Vec<RivalOutcome> = faults
-                .iter()
-                .map(|run| {
-                    let Some(course) = run.courses.get(place) else {
-                        return RivalOutcome::default();
-                    };
-                    let alarm = course.alarm(limit, hold_steps);
-                    let is_early = course.healthy >= Some(limit);
-                    let named = alarm.filter(|(_, place)| !is_early && run.faulty == Some(*place));
-                    RivalOutcome {
-                        found: alarm.is_some(),
-                        right: named.is_some(),
-                        delay: named.map(|(delay, _)| delay),
-                    }
-                })
-                .collect();
-            judged.push((name.title(), true, alarms, outcomes));
-        }
+            let outcome = |run: &&RivalRecord| common_outcome(run, place, limit, hold_steps);
+            JudgedDetector {
+                title: name.title(),
+                at_common_rate: true,
+                alarms: test.iter().filter(|run| peak(run) >= Some(limit)).count() as u64,
+                outcomes: faults.iter().map(outcome).collect(),
+            }
+        });
         type Named = fn(&RivalRecord) -> &[Diagnosed];
         let own: [(&'static str, Named); 2] = [
             ("shipped diagnosers, own thresholds", |run| &run.shipped),
             ("the paper's diagnosers, own thresholds", |run| &run.paper),
         ];
-        for (title, named) in own {
-            let alarms = test.iter().filter(|run| !named(run).is_empty()).count() as u64;
-            let outcomes = faults.iter().map(|run| own_outcome(run, named(run))).collect();
-            judged.push((title, false, alarms, outcomes));
-        }
-        let first: Vec<bool> = judged.first().map_or_else(Vec::new, |(_, _, _, outcomes)| {
-            outcomes.iter().map(|outcome| outcome.right).collect()
+        let own = own.into_iter().map(|(title, named)| JudgedDetector {
+            title,
+            at_common_rate: false,
+            alarms: test.iter().filter(|run| !named(run).is_empty()).count() as u64,
+            outcomes: faults.iter().map(|run| own_outcome(run, named(run))).collect(),
         });
-        let rows = judged.iter().enumerate().map(
-            |(place, (detector, at_common_rate, alarms, outcomes))| {
-                let count = |of: fn(&RivalOutcome) -> bool| {
-                    outcomes.iter().filter(|one| of(one)).count() as u64
-                };
-                let (found, right) = (count(|one| one.found), count(|one| one.right));
-                let all = outcomes.len() as u64;
-                let share = |part: u64| part as f64 / all.max(1) as f64;
-                let pairs = || outcomes.iter().map(|one| one.right).zip(first.iter().copied());
-                let discordant = [(true, false), (false, true)]
-                    .map(|wanted| pairs().filter(|pair| *pair == wanted).count() as u64);
-                let per_test_hour = |alarms: f64| alarms / test_hours.max(f64::MIN_POSITIVE);
-                let Interval95(low, high) = rate_interval(*alarms);
-                let mut kinds = BTreeMap::<FaultKind, RivalKind>::new();
-                for (run, outcome) in faults.iter().zip(outcomes) {
-                    let Some(fault) = &run.injection else { continue };
-                    let kind = kinds.entry(fault.fault.kind());
-                    let kind = kind.or_insert(RivalKind { faults: 0, found: 0, right: 0 });
-                    kind.faults += 1;
-                    kind.found += u64::from(outcome.found);
-                    kind.right += u64::from(outcome.right);
-                }
-                RivalRow {
-                    detector,
-                    at_common_rate: *at_common_rate,
-                    false_alarms_per_hour: per_test_hour(*alarms as f64),
-                    false_alarms_per_hour_95: Interval95(per_test_hour(low), per_test_hour(high)),
-                    found: share(found),
-                    found_95: share_interval(found, all),
-                    right: share(right),
-                    right_95: share_interval(right, all),
-                    median_delay_ms: Delays::of(
-                        outcomes.iter().filter_map(|one| one.delay),
-                        step_s,
-                    )
-                    .median,
-                    better_and_worse: discordant,
-                    p: (place > 0).then(|| mcnemar(discordant)),
-                    kinds,
-                    curves: curves(&faults, outcomes),
-                }
-            },
-        );
-        let rows = rows.collect();
+        let judged: Vec<JudgedDetector> = detectors.chain(own).collect();
+        let row = |(place, one): (usize, &JudgedDetector)| {
+            let first = judged.first().filter(|_| place > 0);
+            one.row(first, &faults, test_hours, step_s)
+        };
+        let rows = judged.iter().enumerate().map(row).collect();
         let faults = faults.len() as u64;
         Self { v: VERSION, per_hour, calibration_hours, test_hours, faults, rows }
     }
@@ -340,16 +288,90 @@ fn limit(mut peaks: Vec<Option<i32>>, allowed: usize) -> i32 {
     peaks.get(allowed).copied().flatten().map_or(i32::MIN, |level| level.saturating_add(1))
 }
 
+/// What the detector of this place makes of a fault at this limit.
+fn common_outcome(run: &RivalRecord, place: usize, limit: i32, hold_steps: u64) -> RivalOutcome {
+    let Some(course) = run.courses.get(place) else { return RivalOutcome::default() };
+    let alarm = course.alarm(limit, hold_steps);
+    let is_early = course.healthy >= Some(limit);
+    let named = alarm.filter(|(_, place)| !is_early && run.faulty == Some(*place));
+    RivalOutcome {
+        found: alarm.is_some(),
+        right: named.is_some(),
+        delay: named.map(|(delay, _)| delay),
+    }
+}
+
+/// What diagnosers with thresholds of their own made of a fault.
 fn own_outcome(run: &RivalRecord, diagnosed: &[Diagnosed]) -> RivalOutcome {
     let Some(fault) = &run.injection else { return RivalOutcome::default() };
     let onset: Step = fault.at;
     let after = diagnosed.iter().find(|diagnosed| diagnosed.detection >= onset);
-    let named =
-        after.filter(|one| one.component == fault.component && !was_early(diagnosed, onset));
+    let is_early = diagnosed.iter().any(|diagnosed| diagnosed.detection < onset);
+    let named = after.filter(|one| one.component == fault.component && !is_early);
     RivalOutcome {
         found: after.is_some(),
         right: named.is_some(),
         delay: named.map(|named| named.detection.since(onset)),
+    }
+}
+
+/// What a detector came to in all runs.
+struct JudgedDetector {
+    title: &'static str,
+    at_common_rate: bool,
+    /// Fault-free runs with an alarm.
+    alarms: u64,
+    /// One for each fault.
+    outcomes: Vec<RivalOutcome>,
+}
+
+impl JudgedDetector {
+    /// Its row, compared with the first detector.
+    fn row(
+        &self,
+        first: Option<&Self>,
+        faults: &[&RivalRecord],
+        test_hours: f64,
+        step_s: f64,
+    ) -> RivalRow {
+        let Self { title, at_common_rate, alarms, outcomes } = self;
+        let count =
+            |of: fn(&RivalOutcome) -> bool| outcomes.iter().filter(|one| of(one)).count() as u64;
+        let (found, right) = (count(|one| one.found), count(|one| one.right));
+        let all = outcomes.len() as u64;
+        let share = |part: u64| part as f64 / all.max(1) as f64;
+        let pairs = || outcomes.iter().zip(first.map_or(&outcomes[..], |first| &first.outcomes));
+        let differ = |right: bool| {
+            pairs().filter(|(one, first)| one.right == right && first.right != right).count() as u64
+        };
+        let discordant = [differ(true), differ(false)];
+        let per_test_hour = |alarms: f64| alarms / test_hours.max(f64::MIN_POSITIVE);
+        let Interval95(low, high) = rate_interval(*alarms);
+        let mut kinds = BTreeMap::<FaultKind, RivalKind>::new();
+        for (run, outcome) in faults.iter().zip(outcomes) {
+            let Some(fault) = &run.injection else { continue };
+            let kind = kinds.entry(fault.fault.kind());
+            let kind = kind.or_insert(RivalKind { faults: 0, found: 0, right: 0 });
+            kind.faults += 1;
+            kind.found += u64::from(outcome.found);
+            kind.right += u64::from(outcome.right);
+        }
+        let delays = Delays::of(outcomes.iter().filter_map(|one| one.delay), step_s);
+        RivalRow {
+            detector: title,
+            at_common_rate: *at_common_rate,
+            false_alarms_per_hour: per_test_hour(*alarms as f64),
+            false_alarms_per_hour_95: Interval95(per_test_hour(low), per_test_hour(high)),
+            found: share(found),
+            found_95: share_interval(found, all),
+            right: share(right),
+            right_95: share_interval(right, all),
+            median_delay_ms: delays.median,
+            better_and_worse: discordant,
+            p: first.map(|_| mcnemar(discordant)),
+            kinds,
+            curves: curves(faults, outcomes),
+        }
     }
 }
 
