@@ -14,6 +14,8 @@ struct ComponentVerdict {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
+    /// The first of the changes since which it has been open or faulty; a later finding does not make that later.
+    since: Option<(RunId, Step)>,
     /// The number of the latest transition that was about the verdict.
     judged: u64,
     tare: Option<f64>,
@@ -67,6 +69,18 @@ impl Detection {
 }
 
 impl ComponentVerdict {
+    /// Takes a transition that is about the verdict for the present one.
+    fn enter(&mut self, transition: Transition) {
+        let Transition { run, detection, sequence, tare, .. } = transition;
+        self.since = match transition.verdict {
+            Verdict::Normal | Verdict::Explained { .. } => None,
+            _ => self.since.filter(|(since, _)| *since == run).or(Some((run, detection))),
+        };
+        self.verdict = transition.verdict.clone();
+        (self.judged, self.tare) = (sequence, tare);
+        self.latest = Some(transition);
+    }
+
     /// A transition without an order. The alarm stays shelved or suppressed.
     fn transition(
         &self,
@@ -113,6 +127,7 @@ impl Ledger {
             component: component.clone(),
             verdict: Verdict::Normal,
             latest: None,
+            since: None,
             judged: 0,
             tare: None,
         };
@@ -125,10 +140,7 @@ impl Ledger {
         for transition in latest {
             let own = self.entries.iter_mut().find(|entry| entry.component == transition.component);
             if let Some(entry) = own {
-                entry.verdict = transition.verdict.clone();
-                entry.tare = transition.tare;
-                entry.judged = transition.sequence;
-                entry.latest = Some(transition);
+                entry.enter(transition);
             }
         }
     }
@@ -186,10 +198,12 @@ impl Ledger {
     /// The components with a change by a step that was not judged by then.
     pub(crate) fn pending(&self, run: RunId, as_of: Step) -> Vec<Component> {
         let is_pending = |entry: &&ComponentVerdict| {
-            let since = entry.latest.as_ref().map(|latest| FaultySince::of(latest, run));
-            since.is_some_and(|since| {
-                let is_later = entry.verdict.is_latched() && since.found > as_of;
-                since.change <= as_of && (entry.verdict == Verdict::Tentative || is_later)
+            let latest = entry.latest.as_ref().map(|latest| FaultySince::of(latest, run));
+            latest.is_some_and(|latest| {
+                let first = entry.since.filter(|(since, _)| *since == run);
+                let change = first.map_or(latest.change, |(_, step)| step);
+                let is_later = entry.verdict.is_latched() && latest.found > as_of;
+                change <= as_of && (entry.verdict == Verdict::Tentative || is_later)
             })
         };
         let pending = self.entries.iter().filter(is_pending);
@@ -282,25 +296,16 @@ impl Ledger {
     ) -> Option<Transition> {
         let sequence = self.next_sequence();
         let entry = &mut self.entries[channel];
-        let tare = entry.tare;
-        let latest = entry.latest.as_mut()?;
+        let latest = entry.latest.clone()?;
         let is_decided =
             verdict != Verdict::Acknowledged && run.is_some_and(|run| latest.is_of(run));
         let decided = if is_decided { now } else { latest.decided };
-        let order = Some(order);
-        *latest = Transition {
-            sequence,
-            verdict: verdict.clone(),
-            decided,
-            order,
-            verdict_order: None,
-            tare,
-            ..latest.clone()
-        };
-        entry.verdict = verdict;
-        entry.judged = sequence;
+        let (order, tare) = (Some(order), entry.tare);
+        let transition =
+            Transition { sequence, verdict, decided, order, verdict_order: None, tare, ..latest };
+        entry.enter(transition.clone());
         self.sequence = sequence;
-        Some(latest.clone())
+        Some(transition)
     }
 
     /// Latches a component by order, as of this step.
@@ -317,9 +322,7 @@ impl Ledger {
             Detection { detection: now, ..Detection::new(Symptom::default(), now, evidence) };
         let latched = entry.transition((sequence, run), Verdict::Latched, now, found);
         let transition = Transition { order: Some(order), ..latched };
-        entry.verdict = Verdict::Latched;
-        entry.judged = sequence;
-        entry.latest = Some(transition.clone());
+        entry.enter(transition.clone());
         self.sequence = sequence;
         transition
     }
@@ -371,10 +374,8 @@ impl Ledger {
             return None;
         }
         self.sequence = sequence;
-        let transition = entry.transition((sequence, run), verdict.clone(), decided, found);
-        entry.verdict = verdict;
-        entry.judged = sequence;
-        entry.latest = Some(transition.clone());
+        let transition = entry.transition((sequence, run), verdict, decided, found);
+        entry.enter(transition.clone());
         Some(transition)
     }
 }
@@ -388,4 +389,35 @@ pub(crate) fn is_open(verdict: &Verdict) -> bool {
 fn keeps_first(entry: &ComponentVerdict, run: RunId, verdict: &Verdict, detection: Step) -> bool {
     let earlier = |latest: &Transition| latest.is_of(run) && latest.detection < detection;
     is_open(&entry.verdict) && is_open(verdict) && entry.latest.as_ref().is_some_and(earlier)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A peer that asks as of a step at which the module was in doubt must not hear that there is nothing: it would hold
+    /// the effects for faults of their own.
+    #[test]
+    fn what_was_in_doubt_is_pending_as_of_then_even_if_a_later_finding_latched_it() {
+        let component: Component = "actuator/a1".parse().unwrap();
+        let mut ledger = Ledger::new("lower".parse().unwrap(), std::slice::from_ref(&component));
+        let run = RunId(1);
+        let at = |step: u64| {
+            let step = Step(step);
+            let evidence =
+                Evidence { step, residual: 0.0, level: 0.0, divergence: Some(2.0), threshold: 1.0 };
+            Detection::new(Symptom::Change, step, evidence)
+        };
+        let doubt = Doubt::Silent(vec!["upper".parse().unwrap()]);
+        ledger.record(run, 0, Verdict::Tentative, Step(100), at(100)).unwrap();
+        ledger.record(run, 0, Verdict::Unconfirmed { doubt }, Step(110), at(100)).unwrap();
+        assert_eq!(ledger.alarms(run, Step(150)).len(), 1);
+        ledger.record(run, 0, Verdict::Latched, Step(900), at(800)).unwrap();
+        assert_eq!(ledger.pending(run, Step(99)), []);
+        assert_eq!(ledger.pending(run, Step(150)), [component]);
+        assert_eq!(
+            (ledger.pending(run, Step(900)).len(), ledger.alarms(run, Step(900)).len()),
+            (0, 1)
+        );
+    }
 }

@@ -186,10 +186,9 @@ impl Causes {
                     }
                     None => self.effect(change, by, since, Explanation::Tie),
                 }
-            } else if !is_new {
+            } else if !is_new || before.is_some_and(|before| before >= root.step) {
+                // Of what explains it without the ratio of a root, it was the root itself, and is forgotten as such.
                 again(change)
-            } else if before.is_some_and(|before| before >= root.step) {
-                Reason::ByRatio
             } else {
                 Reason::First { rivals: rivals.to_vec(), before }
             }

@@ -293,6 +293,22 @@ mod tests {
         assert_eq!((&found[3], &found[6]), (&None, &None));
     }
 
+    /// The root cause is forgotten, its effect leaves the interval, and that shows in the root's channel.
+    #[test]
+    fn an_echo_of_its_own_effect_makes_nothing_a_root_by_its_ratio() {
+        let changes = [
+            change("m1/sensor/g1", 50, 1.3),
+            change("m2/actuator/a1", 150, 9.0),
+            change("m2/actuator/a1", 1200, 1.4),
+            change("m1/sensor/g1", 1210, 1.2),
+        ];
+        let root = || Some("m1/sensor/g1".to_owned());
+        assert_eq!(judge_all(&changes), [None, root(), root(), None]);
+        let KnownChange { path, step, .. } = &changes[3];
+        let judgement = RULE.judge(&Causes::default(), &changes, path, *step);
+        assert_eq!(judgement, Judgement::Again);
+    }
+
     #[test]
     fn what_has_left_the_interval_leaves_it_once() {
         let changes = [

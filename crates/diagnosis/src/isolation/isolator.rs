@@ -277,7 +277,8 @@ impl Isolator {
         }
     }
 
-    /// A peer answered. Returns the cases that rested on its word, with what has become of it.
+    /// A peer answered. Returns the cases that rested on its word, with what has become of it. What was not asked, or was
+    /// in a run that has ended, is ignored: of a proper question something else is on its way.
     ///
     /// # Errors
     /// An answer that does not fit: it counts as none.
@@ -289,8 +290,8 @@ impl Isolator {
         let Some(peer) = self.peers.iter_mut().find(|peer| peer.name == answer.module) else {
             return Err(PeerFailure::Malformed(format!("`{}` is not a peer", answer.module)));
         };
-        if peer.outstanding.is_none() {
-            return Err(PeerFailure::Malformed("nothing was asked".into()));
+        if peer.outstanding != Some(answer.question) {
+            return Ok(Vec::new());
         }
         let quiet = self.settings.quiet_steps;
         peer.take(answer.clone(), quiet).inspect_err(|_| peer.fail(now, self.pauses))?;

@@ -217,9 +217,6 @@ impl PeerKnowledge {
 
     fn check(&self, answer: &StateAnswer, quiet_steps: u64) -> Result<(), PeerFailure> {
         let malformed = |what: &str| Err(PeerFailure::Malformed(what.to_string()));
-        if self.outstanding != Some(answer.question) {
-            return malformed("another question than the one asked");
-        }
         let StateQuestion { from, as_of, .. } = answer.question;
         if answer.changes.len() > MAX_CHANGES_IN_ANSWER {
             return malformed("too many changes");

@@ -366,9 +366,11 @@ impl ModuleFeed {
         self.restart(1, |transition| transition.time_unix_ns > old_until_unix_ns);
         self.is_begun = true;
         self.old_until_unix_ns = old_until_unix_ns;
+        if incarnation != self.latest.incarnation {
+            self.times.clear();
+        }
         (self.latest.incarnation, self.latest.sequence) = (incarnation, 0);
         (self.end, self.reported) = (0, 0);
-        self.times.clear();
         (self.behind_since, self.fallen_since) = (None, None);
         self.retries.forgive();
     }
@@ -455,7 +457,8 @@ impl ModuleFeed {
     }
 
     fn hand_out(&mut self, transition: FaultTransition) -> Option<News> {
-        if transition.time_unix_ns <= self.old_until_unix_ns {
+        let is_known = self.times.get(&transition.sequence) == Some(&transition.time_unix_ns);
+        if is_known || transition.time_unix_ns <= self.old_until_unix_ns {
             return None;
         }
         self.old_until_unix_ns = 0;

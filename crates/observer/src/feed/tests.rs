@@ -427,6 +427,17 @@ fn a_number_given_again_after_a_crash_is_handed_out_and_those_before_it_are_not(
     assert_eq!(bench.missed, []);
 }
 
+/// The clock was set back before the second transition, so that the time of the first one is later.
+#[test]
+fn a_number_given_again_with_a_clock_that_was_set_back_brings_nothing_twice() {
+    let mut bench = Bench::at(1);
+    bench.published(at(2, 50));
+    bench.published(at(2, 60));
+    assert_eq!(bench.question(), Some(ModuleQuery::History(1)));
+    bench.page(1, Ok(page(vec![transition(1), at(2, 60)], 3, false)));
+    assert_eq!((bench.handed, bench.missed), (vec![(2, 50), (2, 60)], vec![]));
+}
+
 /// Its clock was set back before the third transition; then it restarts, and publishes again what it knows.
 #[test]
 fn a_module_whose_clock_was_set_back_does_not_count_again() {

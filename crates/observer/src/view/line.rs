@@ -67,8 +67,10 @@ impl EventLine {
                     .because(format!("transitions {from} to {to} could not be fetched: {reason}"))
                     .of_module(structure, module)
             }
-            News::Unreadable { key, problem } => Self::new("this view", "not understood", Tone::Doubt)
-                .because(printable(&format!("{key}: {problem}"))),
+            News::Unreadable { key, problem } => {
+                Self::new("this view", "not understood", Tone::Doubt)
+                    .because(printable(&format!("{key}: {problem}")))
+            }
             News::Connection { connected: true } => Self::new("this view", "connected", Tone::Calm)
                 .because("an entry point answers again"),
             News::Connection { connected: false } => Self::new("this view", "CUT OFF", Tone::Alarm)

@@ -171,7 +171,8 @@ pub struct ModuleProcess<Q> {
     inquiries: InquiryCounters,
     lag_ms: Option<f64>,
     latest_sample_unix_ns: Option<u64>,
-    behind_since: Option<Instant>,
+    /// Since when samples have been diagnosed too late, and the latest of them.
+    behind: Option<(Instant, Instant)>,
     last_watch: Option<WatchedSteps>,
     last_status: Option<Instant>,
     /// Something changed: a status is due.
@@ -216,7 +217,7 @@ impl<Q> ModuleProcess<Q> {
             inquiries: InquiryCounters::default(),
             lag_ms: None,
             latest_sample_unix_ns: None,
-            behind_since: None,
+            behind: None,
             last_watch: watch,
             last_status: None,
             status_is_due: true,
@@ -352,7 +353,7 @@ impl<Q> ModuleProcess<Q> {
 
     fn note_backlog(&mut self, received: Instant, now: Instant) {
         let behind = now.saturating_duration_since(received) >= self.settings.resync_after;
-        self.behind_since = behind.then(|| self.behind_since.unwrap_or(now));
+        self.behind = behind.then(|| (self.behind.map_or(now, |(since, _)| since), now));
     }
 
     /// Drops the backlog when samples had to be dropped, or have been diagnosed too late for a
@@ -361,13 +362,13 @@ impl<Q> ModuleProcess<Q> {
     fn resynchronise(&mut self, overflown: bool, context: &mut ProcessContext<'_, Q>) {
         let now = context.now.at;
         let behind = !self.sequencer.is_owed()
-            && self.behind_since.is_some_and(|since| now.duration_since(since) >= BEHIND_FOR);
+            && self.behind.is_some_and(|(since, latest)| latest - since >= BEHIND_FOR);
         if !overflown && !behind {
             return;
         }
         let thrown = self.sequencer.clear(now);
         context.effects.push(ProcessEffect::DropQueuedSamples);
-        self.behind_since = None;
+        self.behind = None;
         self.intake.dropped += thrown as u64;
         self.intake.resynchronised += 1;
         if let Some(times) = self.resynchronised.note(now) {
