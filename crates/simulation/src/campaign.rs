@@ -98,9 +98,10 @@ pub fn run(
 ) -> Result<Outcome, SimulationError> {
     let mut outcome = World::new(setup, scenario, keep)?.run()?;
     let valueless: BTreeSet<ComponentPath> = scenario.valueless(setup).collect();
-    // Nobody may have seen a fault that has ended, if the samples of that time are gone.
+    // A fault that has ended may be in doubt, or unseen if the samples of that time are gone.
     let seen = |fault: &&TimedFault| {
-        !scenario.forgets() || fault.until.is_none() || outcome.named.contains(&fault.component)
+        let may_be_unnamed = scenario.forgets() || outcome.doubted.contains(&fault.component);
+        fault.until.is_none() || !may_be_unnamed || outcome.named.contains(&fault.component)
     };
     let faulty = scenario.faults.iter().filter(seen).map(|fault| fault.component.clone());
     let faulty: BTreeSet<_> = faulty.filter(|one| !valueless.contains(one)).collect();

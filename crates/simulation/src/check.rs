@@ -11,6 +11,7 @@ use vocabulary::{
 
 use crate::scenario::WorldScenario;
 use crate::setup::Setup;
+use crate::world::BEGIN_UNIX_NS;
 
 /// The top is never farther than this from that of the same plant without faults \[m\].
 const MOST_DRIFT_M: f64 = 0.01;
@@ -47,6 +48,10 @@ pub(crate) struct InvariantWatcher {
     durable: Vec<BTreeMap<(u64, u64), FaultTransition>>,
     /// What each component is held for.
     pub(crate) states: BTreeMap<ComponentPath, FaultState>,
+    /// Those whose change could not be judged.
+    pub(crate) doubted: BTreeSet<ComponentPath>,
+    /// Until when alarms are set aside, if all clocks agree \[ns since 1970\].
+    shelved: Option<BTreeMap<ComponentPath, u64>>,
     /// Those that were faulty and were reset.
     pub(crate) reset: BTreeSet<ComponentPath>,
     /// The cylinders that were ever shut off.
@@ -71,6 +76,8 @@ impl InvariantWatcher {
             numbering: (0..modules).map(|_| Numbering::default()).collect(),
             durable: vec![BTreeMap::new(); modules],
             states: BTreeMap::new(),
+            doubted: BTreeSet::new(),
+            shelved: scenario.clocks_agree().then(BTreeMap::new),
             reset: BTreeSet::new(),
             shut_off: BTreeSet::new(),
             largest_drift_m: 0.0,
@@ -92,6 +99,10 @@ impl InvariantWatcher {
         let component = &transition.component;
         let state = transition.state();
         let before = self.states.insert(component.clone(), state).unwrap_or(FaultState::Normal);
+        if state == FaultState::Unconfirmed {
+            self.doubted.insert(component.clone());
+        }
+        self.follow_shelving(now_ns, transition);
         // No healthy component is latched.
         let began = |fault: &TimedFault| {
             fault.component == *component && fault.at.0 * self.step_ns <= now_ns
@@ -135,6 +146,30 @@ impl InvariantWatcher {
             self.durable[of].insert((incarnation, sequence), transition.clone());
         }
         again && !follows
+    }
+
+    /// A shelving does not end before its time.
+    fn follow_shelving(&mut self, now_ns: u64, transition: &FaultTransition) {
+        let (component, order) = (&transition.component, transition.order.as_ref());
+        let Some(shelved) = &mut self.shelved else { return };
+        let until = transition.shelved.as_ref().map(|shelving| shelving.until_unix_ns);
+        let before = match until {
+            Some(until) => shelved.insert(component.clone(), until),
+            None => shelved.remove(component),
+        };
+        let is_lapse = order.is_some_and(|one| matches!(one.kind, GivenOrderKind::Lapse { .. }));
+        if is_lapse && until.is_none() && before.is_some_and(|end| end > BEGIN_UNIX_NS + now_ns) {
+            self.violated(now_ns, format_args!("{component}: its shelving ended early"));
+        }
+    }
+
+    /// No shelving outlives its time.
+    pub(crate) fn check_shelved(&mut self, now_ns: u64) {
+        let is_over = |until: &u64| until + 1_000_000_000 < BEGIN_UNIX_NS + now_ns;
+        let late = self.shelved.iter().flatten().filter(|(_, until)| is_over(until));
+        for component in late.map(|(component, _)| component.clone()).collect::<Vec<_>>() {
+            self.violated(now_ns, format_args!("{component} is still shelved"));
+        }
     }
 
     /// Is a component faulty in the plant, for so long that its module has seen it?

@@ -71,7 +71,6 @@ pub const SOMETIMES: &[&str] = &[
     "a question timed out",
     "a question to a peer that is down",
     "a peer asked again after it came back",
-    "an answer rejected",
     "a peer that broke its word",
     "a liar asked",
     "samples waited for a peer's answer",

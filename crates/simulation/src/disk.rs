@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use process::{Disk, WatchedSteps};
+use process::{Disk, JournalRecord, WatchedSteps};
+use vocabulary::FaultTransition;
 
 /// The journal of a module, and the file that says how far it had watched.
 #[derive(Debug, Default)]
@@ -22,6 +23,18 @@ impl SimulatedDisk {
     /// What a process reads that starts on it.
     pub(crate) fn records(&self) -> Vec<String> {
         self.older.iter().chain(&self.present).cloned().collect()
+    }
+
+    /// Does what was waited for hold this transition, or a later one of its component?
+    pub(crate) fn has_synced(&self, transition: &FaultTransition) -> bool {
+        let synced = self.older.iter().chain(self.present.iter().take(self.synced)).rev();
+        let mut read = synced.filter_map(|text| JournalRecord::from_text(text));
+        read.any(|record| match record {
+            JournalRecord::Transition(one) => {
+                one.component == transition.component && one.place() >= transition.place()
+            }
+            _ => false,
+        })
     }
 
     /// The process that had it open is gone.

@@ -7,8 +7,8 @@ use diagnosis::messages::Speaker;
 use diagnosis::{Diagnoser, SetupError};
 use process::{
     Arbitration, ComponentStore, JournalKeeper, JournalRecord, ModuleProcess, Now, PeerTimeouts,
-    ProcessSettings, ProcessSurroundings, PublisherArbiter, QueuedEvent, ReceivedSample, RecentRefusals,
-    SampleSource, ShutOffInterlock, StoreState, WriteBatch,
+    ProcessSettings, ProcessSurroundings, PublisherArbiter, QueuedEvent, ReceivedSample,
+    RecentRefusals, SampleSource, ShutOffInterlock, StoreState, WriteBatch,
 };
 use vocabulary::{CylinderCapability, ModuleName, Topic};
 
@@ -39,8 +39,8 @@ pub(crate) struct Computer {
     pub(crate) frozen_until: u64,
     /// Until when it is busy with a step \[ns\]; only samples are received meanwhile.
     pub(crate) busy_until: u64,
-    /// How the process is to end, with the loss of power or without.
-    pub(crate) doom: Vec<(KillMoment, bool)>,
+    /// How the process is to end, with the loss of power or without, and before when \[ns\].
+    pub(crate) doom: Vec<(KillMoment, bool, u64)>,
 }
 
 /// A process with what is around the decisions in it: queues, the journal's thread, the events' thread.
@@ -59,8 +59,10 @@ pub(crate) struct RunningProcess {
     pub(crate) may_miss_samples: bool,
     /// The questions of peers that have no reply so far, and until when they may be held \[ns\].
     pub(crate) held: BTreeMap<QueryId, u64>,
-    /// Events on their way out.
-    pub(crate) outlet: VecDeque<QueuedEvent<QueryId>>,
+    /// Events on their way out, and since when \[ns\].
+    pub(crate) outlet: VecDeque<(QueuedEvent<QueryId>, u64)>,
+    /// When a sample was diagnosed last \[ns\].
+    pub(crate) diagnosed_at: u64,
     /// What the disk is writing.
     pub(crate) writing: Option<(WriteBatch, Option<Vec<JournalRecord>>)>,
     /// When a disk that refused is tried again.
@@ -161,6 +163,7 @@ impl Computer {
             may_miss_samples: false,
             held: BTreeMap::new(),
             outlet: VecDeque::new(),
+            diagnosed_at: 0,
             writing: None,
             retry_at: None,
             pause_ends: None,

@@ -15,7 +15,7 @@ const FAULTY_FROM: u64 = 5_000;
 const FAULTY_UNTIL: u64 = 12_000;
 const CALM_FROM: u64 = 15_000;
 /// The last order is given before this \[ms\].
-const ORDERED_UNTIL: u64 = 28_000;
+const ORDERED_UNTIL: u64 = 27_000;
 /// By the end everything has to be as if nothing but the faults had happened \[ms\].
 pub(crate) const END: u64 = 32_000;
 /// Biases \[m/m\], far above the smallest that is isolated.
@@ -40,6 +40,8 @@ pub struct WorldScenario {
     /// So many samples the publisher keeps, and so many a process asks for after it was down: in some worlds fewer than
     /// an outage lasts, so that what happened meanwhile stays unknown.
     pub remembered_samples: usize,
+    /// When the view connects \[ms\].
+    pub view_opens_ms: u64,
     /// Whether faults are identified, which takes half of the time of such a world.
     pub identifies: bool,
     /// A new file of a journal begins after so many bytes: in some worlds several times.
@@ -257,7 +259,7 @@ impl WorldScenario {
     pub fn draw(seed: u64, setup: &Setup) -> Self {
         let mut draw = ChaCha8Rng::seed_from_u64(seed);
         let faults = faults(&mut draw, setup);
-        let orders = orders(&mut draw, &faults);
+        let orders = orders(&mut draw, &faults, setup);
         // In every second world all that concerns one module concerns the same one: what is rare alone is rarer together.
         let mut modules: Vec<usize> = (0..setup.modules.len()).collect();
         if draw.random_bool(0.5) {
@@ -265,6 +267,9 @@ impl WorldScenario {
             let faulty = setup.module_names().position(|name| Some(name) == faulty);
             modules = vec![faulty.unwrap_or_else(|| draw.random_range(0..modules.len()))];
         }
+        // Much depends on what happens right before or after the fault of one's own module.
+        let onset_ms = faults.first().map(|fault| fault.at.0 * setup.step_ns() / 1_000_000);
+        let onset_ms = onset_ms.filter(|_| modules.len() == 1);
         let kinds = DisturbanceKind::drawn(&mut draw, &modules);
         let share = [0.0, 0.1, 0.2, 0.5][draw.random_range(0..4)];
         let is_on: Vec<bool> = kinds.iter().map(|_| draw.random_bool(share)).collect();
@@ -272,20 +277,38 @@ impl WorldScenario {
         for (place, _) in is_on.iter().enumerate().filter(|(_, is_on)| **is_on) {
             for _ in 0..draw.random_range(1..=3) {
                 let what = DisturbanceKind::drawn(&mut draw, &modules)[place];
-                let from_ms = draw.random_range(DISTURBED_FROM..CALM_FROM - 1000);
-                let longest = (CALM_FROM - from_ms).min(8_000);
-                let until_ms = from_ms + draw.random_range(200..=longest);
+                // Longer than a peer's word is believed, but for most.
+                let longest = if draw.random_bool(0.1) { 14_000 } else { 8_000 };
+                let lasts_ms = draw.random_range(200..=longest);
+                let from_ms = match onset_ms.filter(|_| draw.random_bool(0.7)) {
+                    None => draw.random_range(DISTURBED_FROM..CALM_FROM - 1000),
+                    Some(onset) if draw.random() => onset + draw.random_range(0..4_000) - 1_500,
+                    Some(onset) => (onset + draw.random_range(0..1_000)).saturating_sub(lasts_ms),
+                };
+                let from_ms = from_ms.clamp(DISTURBED_FROM, CALM_FROM - 1000);
+                let until_ms = (from_ms + lasts_ms).min(CALM_FROM);
                 let waits_for = KillMoment::draw(&mut draw).filter(|_| what.ends_process());
                 disturbances.push(Disturbance { from_ms, until_ms, what, waits_for });
             }
         }
         disturbances.sort_by_key(|one| (one.from_ms, one.until_ms));
-        let forgets = draw.random_bool(0.2);
+        let forgets = draw.random_bool(0.3);
         let remembered_samples = if forgets { draw.random_range(200..1500) } else { MANY_SAMPLES };
         let rotates = draw.random_bool(0.3);
         let rotate_bytes = if rotates { draw.random_range(4_000..20_000) } else { LARGE_FILE };
+        let late = draw.random_bool(0.25);
+        let view_opens_ms = if late { draw.random_range(0..CALM_FROM) } else { 0 };
         let identifies = draw.random_bool(0.125);
-        Self { seed, faults, orders, disturbances, remembered_samples, identifies, rotate_bytes }
+        Self {
+            seed,
+            faults,
+            orders,
+            disturbances,
+            remembered_samples,
+            view_opens_ms,
+            identifies,
+            rotate_bytes,
+        }
     }
 
     /// Is anything going wrong between these times, or has it shortly before?
@@ -315,6 +338,12 @@ impl WorldScenario {
         !self.disturbances.iter().any(other)
     }
 
+    /// Is no clock ever wrong?
+    pub(crate) fn clocks_agree(&self) -> bool {
+        let is_wrong = |one: &Disturbance| matches!(one.what, DisturbanceKind::WrongClock(..));
+        !self.disturbances.iter().any(is_wrong)
+    }
+
     /// Are all samples those of the plant that has the faults?
     pub(crate) fn is_of_one_plant(&self) -> bool {
         !self.disturbances.iter().any(|one| one.what == DisturbanceKind::SecondPublisher)
@@ -338,6 +367,9 @@ impl WorldScenario {
         }
         if self.forgets() {
             smaller.push(Self { remembered_samples: MANY_SAMPLES, ..self.clone() });
+        }
+        if self.view_opens_ms > 0 {
+            smaller.push(Self { view_opens_ms: 0, ..self.clone() });
         }
         if self.identifies {
             smaller.push(Self { identifies: false, ..self.clone() });
@@ -387,7 +419,7 @@ fn faults(draw: &mut ChaCha8Rng, setup: &Setup) -> Vec<TimedFault> {
 }
 
 /// Operators acknowledge and reset what is faulty, carelessly: too early, twice, and what is not faulty.
-fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault]) -> Vec<TimedOrder> {
+fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault], setup: &Setup) -> Vec<TimedOrder> {
     let mut orders = Vec::new();
     let kinds = [
         OrderKind::Acknowledge,
@@ -406,6 +438,19 @@ fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault]) -> Vec<TimedOrder> {
             kind: kinds[draw.random_range(0..kinds.len())],
             component: faults[draw.random_range(0..faults.len())].component.clone(),
         });
+    }
+    // What is repaired is reset, by those who are patient.
+    for fault in faults.iter().filter(|fault| fault.until.is_some()) {
+        let ms = |step: Step| step.0 * setup.step_ns() / 1_000_000;
+        let until = ms(fault.until.unwrap_or(fault.at));
+        for (kind, from) in [
+            (OrderKind::Acknowledge, ms(fault.at)),
+            (OrderKind::Reset, until),
+            (OrderKind::Reset, until),
+        ] {
+            let at_ms = draw.random_range(from..ORDERED_UNTIL);
+            orders.push(TimedOrder { at_ms, kind, component: fault.component.clone() });
+        }
     }
     orders.sort_by_key(|order| order.at_ms);
     orders

@@ -30,6 +30,8 @@ pub(crate) struct View {
     feed: EventFeed,
     shown: Structures,
     under_way: usize,
+    /// When it connects \[ns\].
+    opens: u64,
     /// What was handed out, by component and number.
     handed_out: BTreeSet<(ComponentPath, u64, u64)>,
     /// Components that raised an alarm with an operator: they were handed out or shown as faulty.
@@ -71,10 +73,12 @@ impl View {
 
 impl World<'_> {
     pub(crate) fn open_view(&mut self) {
-        self.view.shown.network(NetworkState::Open, BEGIN_UNIX_NS);
-        self.at(FIRST_ASKED, Happening::ViewOpens);
-        self.at(LOOK_EVERY, Happening::ViewLooks);
-        self.at(STATES_EVERY, Happening::ViewAsksStates);
+        let opens = self.scenario.view_opens_ms * MS;
+        self.view.opens = opens;
+        self.view.shown.network(NetworkState::Open, BEGIN_UNIX_NS + opens);
+        self.at(opens + FIRST_ASKED, Happening::ViewOpens);
+        self.at(opens + LOOK_EVERY, Happening::ViewLooks);
+        self.at(opens + STATES_EVERY, Happening::ViewAsksStates);
     }
 
     /// Something was published: the view hears it, if the way is open.
@@ -94,6 +98,9 @@ impl World<'_> {
     }
 
     pub(crate) fn view_hears(&mut self, incoming: Incoming) {
+        if self.now < self.view.opens {
+            return;
+        }
         if let Incoming::Status(status) = &incoming {
             self.view.shown.status((**status).clone(), BEGIN_UNIX_NS + self.now);
         }
@@ -157,6 +164,7 @@ impl World<'_> {
             }
             for incoming in self.present(of) {
                 if let Incoming::Transition(state) = incoming {
+                    self.check_synced(of, &state);
                     let process = Some(format!("{of}"));
                     self.view.shown.state(*state, process, BEGIN_UNIX_NS + self.now);
                 }

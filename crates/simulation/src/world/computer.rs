@@ -53,11 +53,16 @@ impl World<'_> {
         let now = self.clocks(of);
         let mut effects = Vec::new();
         let output = {
-            let RunningProcess { module, store, around, .. } =
+            let RunningProcess { module, store, around, diagnosed_at, .. } =
                 self.computers[of].process.as_mut()?;
             let mut context =
                 ProcessContext { now, store, surroundings: around, effects: &mut effects };
-            input(module, &mut context)
+            let before = module.diagnoser().last_step();
+            let output = input(module, &mut context);
+            if module.diagnoser().last_step() != before {
+                *diagnosed_at = self.now;
+            }
+            output
         };
         effects.into_iter().for_each(|effect| self.carry_out(of, effect));
         self.write(of);
@@ -76,21 +81,12 @@ impl World<'_> {
         let room = self.setup.modules[to].settings.sample_queue;
         let Some(running) = self.computers[to].process.as_mut() else { return };
         let arrival = ReceivedSample { sample, time_unix_ns, received };
-        let number = |run: RunId| usize::from(run == OTHER_RUN);
         let before = running.present();
-        running.heard[number(source.run)] = Some(self.now);
-        let reception = running.receive(source, arrival, room);
-        let left = before.filter(|before| before.publisher != source.publisher);
-        let left = left.filter(|_| reception == SampleFate::TakenOver);
-        let heard = left.and_then(|left| running.heard[number(left.run)]);
-        if heard.is_some_and(|at| self.now - at < INCUMBENT.as_nanos() as u64 / 2) {
-            let what = format!("{} left a publisher that it heard", self.name(to));
-            self.watcher.violated(self.now, what);
-        }
-        match reception {
+        running.heard[number_of(source.run)] = Some(self.now);
+        match running.receive(source, arrival, room) {
             SampleFate::Queued => {}
             SampleFate::PutAside => self.coverage.reach("another publisher's samples put aside"),
-            SampleFate::TakenOver => self.coverage.reach("another publisher taken over"),
+            SampleFate::TakenOver => self.taken_over(to, before),
             SampleFate::Dropped => {
                 if let Some(running) = self.computers[to].process.as_mut() {
                     running.may_miss_samples = true;
@@ -99,6 +95,19 @@ impl World<'_> {
             }
         }
         self.pump(to);
+    }
+
+    /// Another publisher has been taken over from this one.
+    fn taken_over(&mut self, of: usize, left: Option<SampleSource>) {
+        self.coverage.reach("another publisher taken over");
+        let Some(running) = self.computers[of].process.as_ref() else { return };
+        let publisher = running.present().map(|present| present.publisher);
+        let left = left.filter(|left| Some(left.publisher) != publisher);
+        let heard = left.and_then(|left| running.heard[number_of(left.run)]);
+        if heard.is_some_and(|at| self.now - at < INCUMBENT.as_nanos() as u64 / 2) {
+            let what = format!("{} left a publisher that it heard", self.name(of));
+            self.watcher.violated(self.now, what);
+        }
     }
 
     /// Diagnoses what there is to be diagnosed.
@@ -115,16 +124,22 @@ impl World<'_> {
                 running.module.sample(arrival);
             }
             running.around.corrects = running.module.diagnoser().replaces_any();
+            let before = self.steps_diagnosed(of);
             while self.take(of, process::ModuleProcess::advance) == Some(true) {
-                if let Some(takes) = step_takes {
-                    let is_late = self.steps_behind(of) * self.setup.step_ns() > HURRY;
-                    if let Some(running) = self.computers[of].process.as_mut().filter(|_| is_late) {
-                        running.may_miss_samples = true;
-                    }
-                    self.computers[of].busy_until = self.now + takes;
-                    let life = self.computers[of].life;
-                    return self.after(takes, Happening::StepDone { of, life });
+                if step_takes.is_some() {
+                    break;
                 }
+            }
+            let steps = self.steps_diagnosed(of) - before;
+            if let Some(takes) = step_takes.map(|takes| takes * steps).filter(|takes| *takes > 0) {
+                let is_late = self.steps_behind(of) * self.setup.step_ns() > HURRY;
+                let computer = &mut self.computers[of];
+                computer.busy_until = self.now + takes;
+                let life = computer.life;
+                if let Some(running) = computer.process.as_mut() {
+                    running.may_miss_samples |= is_late;
+                }
+                return self.after(takes, Happening::StepDone { of, life });
             }
             let Some(running) = self.computers[of].process.as_mut() else { return };
             if let Some(until) = running.module.pause() {
@@ -143,6 +158,11 @@ impl World<'_> {
                 return;
             }
         }
+    }
+
+    fn steps_diagnosed(&self, of: usize) -> u64 {
+        let running = self.computers[of].process.as_ref();
+        running.map_or(0, |running| running.module.diagnoser().counters().samples)
     }
 
     /// How long a step takes the process, if that is slow \[ns\].
@@ -168,9 +188,11 @@ impl World<'_> {
         let now = self.instant(self.now);
         let room = self.setup.modules[of].settings.sample_queue;
         let Some(running) = self.computers[of].process.as_mut() else { return };
+        let before = running.present();
         if running.promote(now, room) {
-            self.coverage.reach("another publisher taken over");
+            self.taken_over(of, before);
         }
+        let Some(running) = self.computers[of].process.as_mut() else { return };
         let overflown = std::mem::take(&mut running.overflown);
         self.take(of, |module, context| module.tick(overflown, context));
         self.pump(of);
@@ -183,6 +205,10 @@ impl World<'_> {
         let (now, name) = (self.now, self.name(of));
         let moves_since = self.computers[of].frozen_until;
         let Some(running) = self.computers[of].process.as_ref() else { return };
+        if let Some((_, since)) = running.outlet.front() {
+            let until = (since + DISK_DEADLINE).max(moves_since);
+            self.watcher.lasts(now, name, "the wait for the disk", until);
+        }
         if let Some(until) = running.held.values().min() {
             self.watcher.lasts(now, name, "the time to hold a question", *until);
         }
@@ -198,7 +224,7 @@ impl World<'_> {
         match effect {
             ProcessEffect::Publish(event) => {
                 let Some(running) = self.computers[of].process.as_mut() else { return };
-                running.outlet.push_back(event);
+                running.outlet.push_back((event, self.now));
             }
             ProcessEffect::Routine(Routine::Answer { query, answer }) => {
                 self.no_longer_held(of, query);
@@ -228,7 +254,8 @@ impl World<'_> {
             ProcessEffect::Ask { peer, question } => self.ask(of, &peer, question),
             ProcessEffect::Identify(excerpt) if self.scenario.identifies => {
                 let found = Box::new(identify(&excerpt, None));
-                self.after(IDENTIFYING, Happening::Identified { of, life, found });
+                let takes = self.draw.random_range(IDENTIFYING);
+                self.after(takes, Happening::Identified { of, life, found });
             }
             ProcessEffect::Identify(_)
             | ProcessEffect::Freeze { .. }
@@ -243,7 +270,6 @@ impl World<'_> {
                 }
             }
             ProcessEffect::AnswerRejected { peer, reason } => {
-                self.coverage.reach("an answer rejected");
                 self.watcher.rejects(self.now, module, &peer);
                 let line = format_args!("{module} rejects what {peer} says: {reason}");
                 self.trace.note(self.now, line);
@@ -274,8 +300,9 @@ impl World<'_> {
     }
 
     pub(super) fn status(&mut self, of: usize) {
-        let now = self.clocks(of);
+        let (now, moves_since) = (self.clocks(of), self.computers[of].frozen_until);
         let Some(running) = self.computers[of].process.as_mut() else { return };
+        let fresh_until = running.diagnosed_at.max(moves_since) + STALE_AFTER;
         let around = StatusSurroundings {
             queued_samples: running.inbox.len(),
             ..StatusSurroundings::default()
@@ -284,10 +311,19 @@ impl World<'_> {
         if self.step_takes(of).is_some() && self.steps_behind(of) > BEHIND {
             self.coverage.reach("a process two seconds behind");
         }
+        if status.phase == ModulePhase::InService && self.now > fresh_until {
+            let what = format!("{} says in service without samples", status.module);
+            self.watcher.violated(self.now, what);
+        }
         if status.phase == ModulePhase::Stale {
             self.coverage.reach("a module stale");
         }
         self.watcher.status(self.now, &status);
         self.tell_view(of, Incoming::Status(Box::new(status)));
     }
+}
+
+/// Place of a publisher, by its run.
+fn number_of(run: RunId) -> usize {
+    usize::from(run == OTHER_RUN)
 }

@@ -13,7 +13,7 @@ impl World<'_> {
         let (what, until) = (one.what, one.until_ms * MS);
         self.trace.note(self.now, format_args!("begins: {one}"));
         if let (Some(moment), Kind::Kill(of) | Kind::PowerLoss(of)) = (one.waits_for, what) {
-            self.computers[of].doom.push((moment, matches!(what, Kind::PowerLoss(_))));
+            self.computers[of].doom.push((moment, matches!(what, Kind::PowerLoss(_)), until));
             return Ok(());
         }
         self.active.push(what);
@@ -54,7 +54,8 @@ impl World<'_> {
         }
         match what {
             Kind::Kill(of) | Kind::PowerLoss(of) => {
-                self.computers[of].doom.clear();
+                let now = self.now;
+                self.computers[of].doom.retain(|(.., until)| now < *until);
                 let is_down =
                     |one: &Kind| matches!(*one, Kind::Kill(m) | Kind::PowerLoss(m) if m == of);
                 if !self.active.iter().any(is_down) {
@@ -75,12 +76,14 @@ impl World<'_> {
     /// The process does what its end was to wait for, which comes in less than this time.
     pub(super) fn comes_to(&mut self, of: usize, moment: KillMoment, within_ns: u64) {
         let computer = &mut self.computers[of];
-        let Some(place) = computer.doom.iter().position(|(other, _)| *other == moment) else {
+        let Some(place) = computer.doom.iter().position(|(other, ..)| *other == moment) else {
             return;
         };
-        let ((_, power), life) = (computer.doom.remove(place), computer.life);
-        let delay = self.draw.random_range(0..within_ns);
-        self.after(delay, Happening::Dies { of, life, power });
+        let ((_, power, until), life) = (computer.doom.remove(place), computer.life);
+        let at = self.now + self.draw.random_range(0..within_ns);
+        if at < until {
+            self.at(at, Happening::Dies { of, life, power });
+        }
     }
 
     pub(super) fn kill(&mut self, of: usize, power: bool) {
@@ -135,7 +138,7 @@ impl World<'_> {
             if diagnoser.waiting_questions() > 0 {
                 problems.push(format!("holds {} questions", diagnoser.waiting_questions()));
             }
-            if let Some(front) = running.outlet.front() {
+            if let Some((front, _)) = running.outlet.front() {
                 problems.push(format!("has not published {:?}", front.ticket));
             }
             let present = running.store.components.present();
@@ -158,5 +161,6 @@ impl World<'_> {
         }
         self.check_view();
         self.watcher.check_shut_off(self.now);
+        self.watcher.check_shelved(self.now);
     }
 }

@@ -21,8 +21,8 @@ use process::{
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use vocabulary::{
-    Capability, Component, ComponentPath, FaultState, ModuleName, ModulePhase, Order, OrderKind,
-    RunId, SampleQuestion, StateAnswer, StateQuestion, Step,
+    Capability, Component, ComponentPath, FaultState, FaultTransition, ModuleName, ModulePhase,
+    Order, OrderKind, RunId, SampleQuestion, StateAnswer, StateQuestion, Step,
 };
 
 use crate::check::InvariantWatcher;
@@ -57,7 +57,11 @@ const HURRY: u64 = SECOND / 2;
 /// How long an operator waits for a reply \[ns\].
 const ORDER_TIMEOUT: u64 = 3 * SECOND;
 /// An identification takes so long \[ns\].
-const IDENTIFYING: u64 = 8 * MS;
+const IDENTIFYING: std::ops::Range<u64> = 8 * MS..2_000 * MS;
+/// An event waits no longer for the disk, and a module without samples says so within this time: half a second and three
+/// ticks \[ns\].
+const DISK_DEADLINE: u64 = SECOND;
+const STALE_AFTER: u64 = 500 * MS + 3 * TICK.as_nanos() as u64;
 
 /// What happens.
 #[derive(Debug)]
@@ -185,6 +189,8 @@ pub struct Outcome {
     pub trace: WorldTrace,
     /// The components that are held for faulty at the end, or were until they were reset.
     pub named: BTreeSet<ComponentPath>,
+    /// The components that were unconfirmed at some time.
+    pub doubted: BTreeSet<ComponentPath>,
     /// Hours that modules watched.
     pub module_hours: f64,
 }
@@ -302,7 +308,8 @@ impl<'a> World<'a> {
         let named = self.watcher.named();
         let module_hours = self.setup.modules.len() as f64 * END as f64 / 3.6e6;
         let Self { trace, coverage, watcher, .. } = self;
-        Ok(Outcome { violations: watcher.violations, coverage, trace, named, module_hours })
+        let InvariantWatcher { violations, doubted, .. } = watcher;
+        Ok(Outcome { violations, coverage, trace, named, doubted, module_hours })
     }
 
     pub(crate) fn at(&mut self, time: u64, happening: Happening) {

@@ -9,7 +9,7 @@ impl World<'_> {
             let life = self.computers[of].life;
             let now = self.instant(self.now);
             let Some(running) = self.computers[of].process.as_mut() else { return };
-            let Some(front) = running.outlet.front() else { return };
+            let Some((front, _)) = running.outlet.front() else { return };
             let Some(durable) = running.store.writes.answer(front.ticket, now) else {
                 let left = running.store.writes.left(now).as_nanos() as u64;
                 self.after(left.max(1), Happening::OutletWakes { of, life });
@@ -17,7 +17,7 @@ impl World<'_> {
             };
             let ticket = front.ticket;
             let hangs = running.store.writes.note_hang(ticket).is_some();
-            let Some(mut queued) = running.outlet.pop_front() else { return };
+            let Some((mut queued, _)) = running.outlet.pop_front() else { return };
             queued.event.set_durable(durable);
             if hangs {
                 self.coverage.reach("a fault published although the disk hangs");
@@ -29,6 +29,7 @@ impl World<'_> {
     pub(super) fn published(&mut self, of: usize, event: Outgoing<QueryId>) {
         match event {
             Outgoing::Fault(transition) => {
+                self.check_synced(of, &transition);
                 let (component, state) = (&transition.component, transition.state());
                 let words = match transition.verdict.explained_by() {
                     Some(by) => format!("{state} by {by}"),
@@ -80,13 +81,23 @@ impl World<'_> {
         }
     }
 
+    /// Checks that what is said to be on the disk would survive a loss of power.
+    pub(crate) fn check_synced(&mut self, of: usize, transition: &FaultTransition) {
+        let is_said = transition.durable && transition.sequence > 0;
+        if is_said && !self.computers[of].disk.has_synced(transition) {
+            let (component, number) = (&transition.component, transition.sequence);
+            let what = format!("{component}: number {number} is said to be on disk, and is not");
+            self.watcher.violated(self.now, what);
+        }
+    }
+
     pub(super) fn identified(&mut self, of: usize, found: IdentificationResult) {
         let now = self.clocks(of);
         let Some(running) = self.computers[of].process.as_mut() else { return };
         let message = running.module.speaker().identification(found, now.unix_ns);
         let event = Outgoing::Identification(Box::new(message));
         if let Some(queued) = running.store.enter(event, now.at) {
-            running.outlet.push_back(queued);
+            running.outlet.push_back((queued, self.now));
         }
         self.write(of);
         self.publish(of);
