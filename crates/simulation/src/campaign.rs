@@ -100,8 +100,10 @@ pub fn run(
     let valueless: BTreeSet<ComponentPath> = scenario.valueless(setup).collect();
     // A fault that has ended may be in doubt, or unseen if the samples of that time are gone.
     let seen = |fault: &&TimedFault| {
-        let may_be_unnamed = scenario.forgets() || outcome.doubted.contains(&fault.component);
-        fault.until.is_none() || !may_be_unnamed || outcome.named.contains(&fault.component)
+        let component = &fault.component;
+        let unseen = scenario.forgets() || outcome.unseeing.contains(&component.module);
+        let may_be_unnamed = unseen || outcome.doubted.contains(component);
+        fault.until.is_none() || !may_be_unnamed || outcome.named.contains(component)
     };
     let faulty = scenario.faults.iter().filter(seen).map(|fault| fault.component.clone());
     let faulty: BTreeSet<_> = faulty.filter(|one| !valueless.contains(one)).collect();

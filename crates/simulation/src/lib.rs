@@ -32,7 +32,7 @@ mod world;
 
 pub use campaign::{SeedResult, SeedSummary, missing, run, run_all, shrink};
 pub use coverage::{ReachedHistories, SOMETIMES};
-pub use scenario::{Disturbance, DisturbanceKind, TimedOrder, WorldScenario};
+pub use scenario::{Disturbance, DisturbanceKind, KillMoment, TimedOrder, WorldScenario};
 pub use setup::{Setup, SimulationError};
 pub use story::svg;
 pub use trace::WorldTrace;

@@ -37,6 +37,8 @@ pub(crate) struct Computer {
     pub(crate) clock_ns: i64,
     /// Until when the process stands still \[ns\].
     pub(crate) frozen_until: u64,
+    /// A process that has ended may have missed samples.
+    missed_samples: bool,
     /// Until when it is busy with a step \[ns\]; only samples are received meanwhile.
     pub(crate) busy_until: u64,
     /// How the process is to end, with the loss of power or without, and before when \[ns\].
@@ -109,6 +111,7 @@ impl Computer {
             disk: SimulatedDisk::default(),
             clock_ns: 0,
             frozen_until: 0,
+            missed_samples: false,
             busy_until: 0,
             doom: Vec::new(),
         }
@@ -181,7 +184,14 @@ impl Computer {
         self.disk.process_ended();
         (self.frozen_until, self.busy_until) = (0, 0);
         self.life += 1;
+        self.missed_samples = self.may_miss_samples();
         self.process.take()
+    }
+
+    /// May what happened have been missed for want of samples?
+    pub(crate) fn may_miss_samples(&self) -> bool {
+        let present = self.process.as_ref();
+        self.missed_samples || present.is_some_and(|running| running.may_miss_samples)
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 use simulation::{
-    SeedResult, SeedSummary, Setup, SimulationError, WorldScenario, missing, run, run_all, shrink,
+    Disturbance, DisturbanceKind, SeedResult, SeedSummary, Setup, SimulationError, WorldScenario, missing, run, run_all, shrink,
     svg,
 };
 
@@ -75,4 +75,24 @@ fn a_result_is_read_as_it_is_written_and_its_seed_is_not_run_again() {
     let part = |number| Some(study::Shard { number, of: 2 });
     assert_eq!(missing(5..9, part(0), &known), [5, 6]);
     assert_eq!(missing(5..9, part(1), &known), [8]);
+}
+
+/// A gap, then no way to the publisher, which falls silent: the sample behind the gap is old once the gap is filled.
+#[test]
+fn one_old_sample_is_no_backlog() {
+    let at = |from_ms, until_ms, what| Disturbance { from_ms, until_ms, what, waits_for: None };
+    let scenario = WorldScenario {
+        faults: Vec::new(),
+        orders: Vec::new(),
+        disturbances: vec![
+            at(6_000, 6_052, DisturbanceKind::Deaf(0)),
+            at(6_056, 7_500, DisturbanceKind::CutOff(0)),
+            at(6_056, 9_000, DisturbanceKind::SilentPublisher),
+        ],
+        ..WorldScenario::draw(0, &SETUP)
+    };
+    let outcome = run(&SETUP, &scenario, true).unwrap();
+    let told = |what: &str| outcome.trace.lines().iter().any(|line| line.contains(what));
+    assert!(told("module1 fetches 1199 to "), "{:#?}", outcome.trace.lines());
+    assert_eq!((told("drops its backlog"), outcome.violations), (false, vec![]));
 }

@@ -191,6 +191,8 @@ pub struct Outcome {
     pub named: BTreeSet<ComponentPath>,
     /// The components that were unconfirmed at some time.
     pub doubted: BTreeSet<ComponentPath>,
+    /// The modules that may have missed what happened, for want of samples.
+    pub unseeing: BTreeSet<ModuleName>,
     /// Hours that modules watched.
     pub module_hours: f64,
 }
@@ -307,9 +309,11 @@ impl<'a> World<'a> {
         self.end();
         let named = self.watcher.named();
         let module_hours = self.setup.modules.len() as f64 * END as f64 / 3.6e6;
+        let unseeing = self.computers.iter().filter(|computer| computer.may_miss_samples());
+        let unseeing = unseeing.map(|computer| self.name(computer.place).clone()).collect();
         let Self { trace, coverage, watcher, .. } = self;
         let InvariantWatcher { violations, doubted, .. } = watcher;
-        Ok(Outcome { violations, coverage, trace, named, doubted, module_hours })
+        Ok(Outcome { violations, coverage, trace, named, doubted, unseeing, module_hours })
     }
 
     pub(crate) fn at(&mut self, time: u64, happening: Happening) {
