@@ -86,7 +86,7 @@ fn one_old_sample_is_no_backlog() {
         orders: Vec::new(),
         disturbances: vec![
             at(6_000, 6_052, DisturbanceKind::Deaf(0)),
-            at(6_056, 7_500, DisturbanceKind::CutOff(0)),
+            at(6_000, 7_500, DisturbanceKind::Mute(0)),
             at(6_056, 9_000, DisturbanceKind::SilentPublisher),
         ],
         ..WorldScenario::draw(0, &SETUP)
