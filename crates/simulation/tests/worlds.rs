@@ -7,8 +7,8 @@ use std::sync::LazyLock;
 use std::sync::atomic::AtomicBool;
 
 use simulation::{
-    Disturbance, DisturbanceKind, SeedResult, SeedSummary, Setup, SimulationError, WorldScenario, missing, run, run_all, shrink,
-    svg,
+    Disturbance, DisturbanceKind, SeedResult, SeedSummary, Setup, SimulationError, WorldScenario,
+    missing, run, run_all, shrink, svg,
 };
 
 static SETUP: LazyLock<Setup> = LazyLock::new(|| Setup::tower(2).unwrap());
