@@ -50,6 +50,8 @@ pub(crate) const OTHER_RUN: RunId = RunId(1_000);
 /// How long samples are asked for in vain, and how often \[ns\].
 const FETCHED_FOR: u64 = 9 * SECOND;
 const FETCH_AGAIN: u64 = 550 * MS;
+/// Samples that all come twice fill the queue in this time \[ns\].
+const QUEUE_FULL_AFTER: u64 = 5 * SECOND;
 /// A process that catches up is so many steps behind.
 pub(crate) const BEHIND: u64 = 400;
 /// A process whose samples have waited so long has no time to ask for others \[ns\].

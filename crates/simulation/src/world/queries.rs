@@ -127,6 +127,8 @@ impl World<'_> {
         let Some(running) = self.computers[of].process.as_mut() else { return };
         let uses = running.uses(publisher);
         if !is_reached && self.now < until {
+            // By then the queue may be full, and nothing is waited for any more.
+            running.may_miss_samples |= until - self.now < FETCHED_FOR - QUEUE_FULL_AFTER;
             return self.after(FETCH_AGAIN, Happening::Fetch { of, life, question, until });
         }
         let mut samples = Vec::new();
