@@ -201,7 +201,7 @@ impl Diagnoser {
 
     fn take_answer(&mut self, answer: StateAnswer, actions: &mut Vec<Action>) {
         let (peer, question) = (answer.module.clone(), answer.question);
-        // What was asked in a former run is nobody's question any more.
+        // The run may have changed since the question was asked; then the answer no longer matters.
         let position = self.intake.position().filter(|(run, _)| *run == question.run);
         let Some((run, now)) = position else { return };
         let Self { channels, judging, comparing, counters, .. } = self;

@@ -14,7 +14,7 @@ struct ComponentVerdict {
     component: Component,
     verdict: Verdict,
     latest: Option<Transition>,
-    /// The first of the changes since which it has been open or faulty; a later finding does not make that later.
+    /// The change with which the component became open or faulty. A later finding about it does not move this.
     since: Option<(RunId, Step)>,
     /// The number of the latest transition that was about the verdict.
     judged: u64,

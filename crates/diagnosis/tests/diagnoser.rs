@@ -536,7 +536,7 @@ fn answers_that_do_not_fit_are_counted_and_ignored() {
     assert_eq!(bench.story("sensor/g1"), ["tentative"]);
 }
 
-/// It is no fault of the peer's that a run ended meanwhile, and its answer to the present question counts.
+/// The peer did nothing wrong: the run changed before its answer arrived. Its next answer must still count.
 #[test]
 fn a_late_answer_of_a_former_run_is_ignored() {
     let (mut bench, former) = biased();

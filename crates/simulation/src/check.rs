@@ -50,7 +50,7 @@ pub(crate) struct InvariantWatcher {
     pub(crate) states: BTreeMap<ComponentPath, FaultState>,
     /// Those whose change could not be judged.
     pub(crate) doubted: BTreeSet<ComponentPath>,
-    /// Until when alarms are set aside, if all clocks agree \[ns since 1970\].
+    /// When each shelving expires \[ns since 1970\]; `None` in worlds with a wrong clock.
     shelved: Option<BTreeMap<ComponentPath, u64>>,
     /// Those that were faulty and were reset.
     pub(crate) reset: BTreeSet<ComponentPath>,

@@ -268,7 +268,7 @@ impl WorldScenario {
             modules = vec![faulty.unwrap_or_else(|| draw.random_range(0..modules.len()))];
         }
         // Much depends on what happens right before or after the fault of one's own module.
-        let onset_ms = faults.first().map(|fault| fault.at.0 * setup.step_ns() / 1_000_000);
+        let onset_ms = faults.first().map(|fault| setup.ms(fault.at));
         let onset_ms = onset_ms.filter(|_| modules.len() == 1);
         let kinds = DisturbanceKind::drawn(&mut draw, &modules);
         let share = [0.0, 0.1, 0.2, 0.5][draw.random_range(0..4)];
@@ -441,10 +441,9 @@ fn orders(draw: &mut ChaCha8Rng, faults: &[TimedFault], setup: &Setup) -> Vec<Ti
     }
     // What is repaired is reset, by those who are patient.
     for fault in faults.iter().filter(|fault| fault.until.is_some()) {
-        let ms = |step: Step| step.0 * setup.step_ns() / 1_000_000;
-        let until = ms(fault.until.unwrap_or(fault.at));
+        let until = setup.ms(fault.until.unwrap_or(fault.at));
         for (kind, from) in [
-            (OrderKind::Acknowledge, ms(fault.at)),
+            (OrderKind::Acknowledge, setup.ms(fault.at)),
             (OrderKind::Reset, until),
             (OrderKind::Reset, until),
         ] {

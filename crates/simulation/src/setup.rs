@@ -9,7 +9,7 @@ use process::ProcessSettings;
 use study::commissioning::{PlantSite, usual_snippets};
 use study::{EffectRuns, NominalRuns, StudyError};
 use truss::Structure;
-use vocabulary::{Component, ComponentPath, ModuleName, StructureName};
+use vocabulary::{Component, ComponentPath, ModuleName, Step, StructureName};
 
 const TOWER: &str = include_str!("../../../configs/tower.toml");
 const STOREYS: usize = 3;
@@ -102,6 +102,11 @@ impl Setup {
     /// The length of a step \[ns\].
     pub(crate) fn step_ns(&self) -> u64 {
         (1e9 * STEP_S) as u64
+    }
+
+    /// The time of a step \[ms\].
+    pub(crate) fn ms(&self, step: Step) -> u64 {
+        step.0 * self.step_ns() / 1_000_000
     }
 
     /// The plant in weather of its own.

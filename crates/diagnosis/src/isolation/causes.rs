@@ -187,7 +187,7 @@ impl Causes {
                     None => self.effect(change, by, since, Explanation::Tie),
                 }
             } else if !is_new || before.is_some_and(|before| before >= root.step) {
-                // Of what explains it without the ratio of a root, it was the root itself, and is forgotten as such.
+                // A change that only its own effect explains: it was the root, but has been forgotten as one.
                 again(change)
             } else {
                 Reason::First { rivals: rivals.to_vec(), before }

@@ -277,8 +277,8 @@ impl Isolator {
         }
     }
 
-    /// A peer answered. Returns the cases that rested on its word, with what has become of it. What was not asked, or was
-    /// in a run that has ended, is ignored: of a proper question something else is on its way.
+    /// A peer answered. Returns the cases that rested on its word, with what has become of it. An answer to any question but
+    /// the outstanding one is ignored: it may be late, and the proper answer is still to come.
     ///
     /// # Errors
     /// An answer that does not fit: it counts as none.

@@ -302,7 +302,8 @@ impl World<'_> {
     pub(super) fn status(&mut self, of: usize) {
         let (now, moves_since) = (self.clocks(of), self.computers[of].frozen_until);
         let Some(running) = self.computers[of].process.as_mut() else { return };
-        let fresh_until = running.diagnosed_at.max(moves_since) + STALE_AFTER;
+        let stale_after = self.setup.modules[of].settings.stale_after + 3 * TICK;
+        let fresh_until = running.diagnosed_at.max(moves_since) + stale_after.as_nanos() as u64;
         let around = StatusSurroundings {
             queued_samples: running.inbox.len(),
             ..StatusSurroundings::default()

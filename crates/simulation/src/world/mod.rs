@@ -60,10 +60,8 @@ const HURRY: u64 = SECOND / 2;
 const ORDER_TIMEOUT: u64 = 3 * SECOND;
 /// An identification takes so long \[ns\].
 const IDENTIFYING: std::ops::Range<u64> = 8 * MS..2_000 * MS;
-/// An event waits no longer for the disk, and a module without samples says so within this time: half a second and three
-/// ticks \[ns\].
+/// An event waits no longer for the disk \[ns\].
 const DISK_DEADLINE: u64 = SECOND;
-const STALE_AFTER: u64 = 500 * MS + 3 * TICK.as_nanos() as u64;
 
 /// What happens.
 #[derive(Debug)]
