@@ -3,9 +3,9 @@
 //! The channels of a module go through the same arithmetic at every step. Four of them are carried
 //! side by side, so that one vector instruction serves four channels; which instructions the machine
 //! has is asked at run time. The operations are spelt out rather than left to the compiler, which
-//! would vectorise along a channel's own vector and spend its time on shuffles. Nothing is fused and
-//! every sum has a fixed order: the same bits come out on every machine, and no channel's numbers
-//! ever touch another's.
+//! would vectorise along a channel's own vector and spend its time on shuffles. Products are fused with
+//! their sums everywhere, also where the machine has no instruction for that, and every sum has a fixed
+//! order: the same bits come out on every machine, and no channel's numbers ever touch another's.
 
 /// Channels carried side by side.
 pub(super) const LANES: usize = 4;
@@ -29,6 +29,10 @@ pub(super) trait Instructions: Copy {
     fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     fn div(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    /// a·b + c, rounded once.
+    fn mul_add(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+    /// c − a·b, rounded once.
+    fn sub_mul(self, c: Self::Vector, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
     /// Notes that this many numbers were moved besides the arithmetic; of interest to tests only.
     #[inline(always)]
@@ -38,33 +42,6 @@ pub(super) trait Instructions: Copy {
     #[inline(always)]
     fn splat(self, x: f64) -> Self::Vector {
         self.load(&splat(x))
-    }
-
-    /// Scalar product of two vectors of equal length, channel by channel.
-    #[inline(always)]
-    fn dot(self, a: &[Lane], b: &[Lane]) -> Self::Vector {
-        // Two running sums: half the waiting on the previous addition.
-        let mut even = self.splat(0.0);
-        let mut odd = self.splat(0.0);
-        let (a_pairs, a_rest) = a.as_chunks::<2>();
-        let (b_pairs, b_rest) = b.as_chunks::<2>();
-        for (x, y) in a_pairs.iter().zip(b_pairs) {
-            even = self.add(even, self.mul(self.load(&x[0]), self.load(&y[0])));
-            odd = self.add(odd, self.mul(self.load(&x[1]), self.load(&y[1])));
-        }
-        for (x, y) in a_rest.iter().zip(b_rest) {
-            even = self.add(even, self.mul(self.load(x), self.load(y)));
-        }
-        self.add(even, odd)
-    }
-
-    /// `target += factor · source`.
-    #[inline(always)]
-    fn add_scaled(self, target: &mut [Lane], factor: Self::Vector, source: &[Lane]) {
-        for (t, s) in target.iter_mut().zip(source) {
-            let sum = self.add(self.load(t), self.mul(factor, self.load(s)));
-            self.store(t, sum);
-        }
     }
 }
 
@@ -103,6 +80,16 @@ impl<S: pulp::Simd> Instructions for Wide<S> {
     #[inline(always)]
     fn div(self, a: S::f64s, b: S::f64s) -> S::f64s {
         self.0.div_f64s(a, b)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+        self.0.mul_add_f64s(a, b, c)
+    }
+
+    #[inline(always)]
+    fn sub_mul(self, c: S::f64s, a: S::f64s, b: S::f64s) -> S::f64s {
+        self.0.negate_mul_add_f64s(a, b, c)
     }
 }
 
@@ -146,5 +133,15 @@ impl Instructions for Portable {
     #[inline(always)]
     fn div(self, a: Lane, b: Lane) -> Lane {
         map(a, b, |x, y| x / y)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, a: Lane, b: Lane, c: Lane) -> Lane {
+        std::array::from_fn(|lane| a[lane].mul_add(b[lane], c[lane]))
+    }
+
+    #[inline(always)]
+    fn sub_mul(self, c: Lane, a: Lane, b: Lane) -> Lane {
+        std::array::from_fn(|lane| (-a[lane]).mul_add(b[lane], c[lane]))
     }
 }
