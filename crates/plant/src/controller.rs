@@ -12,7 +12,7 @@
 //! the difference is least (a damped pseudo-inverse; Johansen and Fossen, Automatica 49, 2013, section 2.2).
 
 use nalgebra::{DMatrix, DVector};
-use truss::{Direction, Gage, Mechanics, Member, Modes, Structure};
+use truss::{BlockMatrix, Direction, Gage, Mechanics, Member, Modes, Structure};
 
 use crate::error::PlantError;
 use crate::gains;
@@ -137,31 +137,6 @@ fn white_force_power(
     heights_m.iter().map(power).collect()
 }
 
-/// A matrix stored by columns, so that the inner loop of a product runs over independent rows.
-#[derive(Debug, Clone)]
-struct ColumnMatrix {
-    rows: usize,
-    values: Vec<f64>,
-}
-
-impl ColumnMatrix {
-    fn new(matrix: &DMatrix<f64>) -> Self {
-        Self { rows: matrix.nrows(), values: matrix.as_slice().to_vec() }
-    }
-
-    /// out += matrix · vector.
-    fn add_product(&self, vector: &[f64], out: &mut [f64]) {
-        if self.rows == 0 {
-            return;
-        }
-        for (column, factor) in self.values.chunks_exact(self.rows).zip(vector) {
-            for (value, entry) in out.iter_mut().zip(column) {
-                *value += entry * factor;
-            }
-        }
-    }
-}
-
 /// Time constant of the means about which innovations are limited \[s\].
 const MEAN_S: f64 = 1.0;
 /// From when on innovations are limited: the filter has found its state \[s\].
@@ -251,7 +226,7 @@ const SPARING: f64 = 0.1;
 struct Reallocation {
     is_lost: Vec<bool>,
     /// −R, with rows and columns for all cylinders.
-    minus_share: ColumnMatrix,
+    minus_share: BlockMatrix,
     /// F_l − u_l \[N\]; zero for the others.
     difference_n: Vec<f64>,
 }
@@ -282,7 +257,7 @@ impl Reallocation {
         }
         Some(Self {
             is_lost: is_lost.to_vec(),
-            minus_share: ColumnMatrix::new(&minus_share),
+            minus_share: BlockMatrix::new(&minus_share),
             difference_n: vec![0.0; is_lost.len()],
         })
     }
@@ -367,11 +342,11 @@ impl Blend {
 #[derive(Debug, Clone)]
 pub(crate) struct Controller {
     transitions: Vec<[[f64; 2]; 2]>,
-    force_map: ColumnMatrix,
+    force_map: BlockMatrix,
     /// −C and −K: both are only used with this sign.
-    minus_gage_map: ColumnMatrix,
-    minus_regulator: ColumnMatrix,
-    filter: ColumnMatrix,
+    minus_gage_map: BlockMatrix,
+    minus_regulator: BlockMatrix,
+    filter: BlockMatrix,
     demand_limit_n: f64,
     state: Vec<f64>,
     innovation: Vec<f64>,
@@ -396,10 +371,10 @@ impl Controller {
     ) -> Self {
         Self {
             transitions: design.model.transitions.clone(),
-            force_map: ColumnMatrix::new(&design.model.force_map),
-            minus_gage_map: ColumnMatrix::new(&-&design.model.gage_map),
-            minus_regulator: ColumnMatrix::new(&-&design.regulator),
-            filter: ColumnMatrix::new(&design.filter),
+            force_map: BlockMatrix::new(&design.model.force_map),
+            minus_gage_map: BlockMatrix::new(&-&design.model.gage_map),
+            minus_regulator: BlockMatrix::new(&-&design.regulator),
+            filter: BlockMatrix::new(&design.filter),
             demand_limit_n,
             state,
             innovation: vec![0.0; design.model.gage_map.nrows()],

@@ -67,8 +67,10 @@ struct Buffers {
     force_noise_n: Vec<f64>,
     demands_n: Vec<f64>,
     forces_n: Vec<f64>,
-    /// Inputs of the structure: actuator forces, the levels' forces in x and in y, those on given nodes.
+    /// Inputs of the structure: actuator forces, those on given nodes.
     inputs_n: Vec<f64>,
+    /// The wind's forces on the structure's modes.
+    wind: Vec<f64>,
 }
 
 impl PlantPart {
@@ -106,8 +108,9 @@ impl PlantPart {
             &(tower.elongations(&load_map)? * at_start + &at_rest),
             hydraulics.demand_limit_n,
         )?;
-        let inputs_n = [&forces_n[..], &loads_n].concat();
-        let input_map = beside(&tower.mechanics.actuator_map, &load_map);
+        let inputs_n = [&forces_n[..], &tower.nodal_loads.at_start()].concat();
+        let nodal_map = tower.nodal_loads.map(truth, &tower.mechanics);
+        let input_map = beside(&tower.mechanics.actuator_map, &nodal_map);
         let modes = Modes::of(&tower.mechanics, truth.damping, None)?;
         let uppermost: Vec<_> = loaded_levels(truth).into_iter().rev().take(1).collect();
         let top = |direction| level_map(&tower.mechanics, &uppermost, direction);
@@ -115,15 +118,17 @@ impl PlantPart {
             &tower.mechanics.gage_map.transpose(),
             &beside(&top(Direction::X), &top(Direction::Y)),
         );
+        // What the modes feel of the wind is evaluated at its few instants, not at each step.
+        let wind_map = modes.shapes.tr_mul(&tower.wind_map());
+        let wind = tower.wind.mapped(&wind_map);
         let mut structure = ModalStepper::new(&modes, step_s, &input_map, &outputs.transpose());
-        structure.settle(&inputs_n);
+        structure.settle(&inputs_n, wind.at_start());
         let gage_lengths_m = gage_lengths_m(truth);
         let (actuators, gages) = (forces_n.len(), gage_lengths_m.len());
         Ok(Self {
             structure,
             slow_elongations,
             live_loads_kg: tower.live_loads_kg,
-            wind: tower.wind,
             nodal_loads: tower.nodal_loads,
             hydraulics: Hydraulics::new(hydraulics, step_s, &forces_n),
             hydraulic_parameters: hydraulics.clone(),
@@ -148,7 +153,9 @@ impl PlantPart {
                 demands_n: vec![0.0; actuators],
                 forces_n: vec![0.0; actuators],
                 inputs_n,
+                wind: wind.at_start().to_vec(),
             },
+            wind,
         })
     }
 
@@ -289,18 +296,17 @@ impl PlantPart {
 
     /// Advances pressures, loads and structure by one step.
     fn move_on(&mut self) {
-        let Buffers { inputs_n, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
-        let (actuators, loads) = inputs_n.split_at_mut(forces_n.len());
-        let (levels, nodes) = loads.split_at_mut(self.wind.at_start().len());
+        let Buffers { inputs_n, wind, forces_n, demands_n, force_noise_n, .. } = &mut self.buffers;
+        let (actuators, nodes) = inputs_n.split_at_mut(forces_n.len());
         actuators.copy_from_slice(forces_n);
         self.hydraulics.step(demands_n, force_noise_n);
         self.hydraulics.forces(forces_n);
         for (mean, after) in actuators.iter_mut().zip(forces_n) {
             *mean = 0.5 * (*mean + *after);
         }
-        self.wind.next(levels);
+        self.wind.next(wind);
         self.nodal_loads.next(nodes);
-        self.structure.step(inputs_n);
+        self.structure.step(inputs_n, wind);
     }
 }
 

@@ -2,11 +2,14 @@
 //!
 //! A level's wind force is ½ ρ c_d A |V| V, with V the vector of mean wind and gusts. Forces are
 //! evaluated every [`INTERVAL_S`] and interpolated by cubics through four neighbouring instants
-//! (Catmull–Rom), so that a step costs little and no kink shakes the structure.
+//! (Catmull–Rom), so that a step costs little and no kink shakes the structure. What the structure's modes feel of them
+//! is evaluated and interpolated instead where that is asked for.
 //!
 //! Mean and gusts scale with the base speed, so forces scale with its square; a storm is a factor on the speed.
 
+use nalgebra::DMatrix;
 use rand::RngExt;
+use truss::{BlockMatrix, vectorised};
 
 use crate::loads::LoadParameters;
 use crate::streams::Stream;
@@ -37,14 +40,11 @@ impl WindConditions {
     }
 }
 
-/// The forces of all levels in x, then in y \[N\].
-type LevelForces = Vec<f64>;
-
 /// Wind forces of all levels, step by step.
 #[derive(Debug, Clone)]
 pub(crate) struct WindLoads {
     gusts: GustField,
-    gust_values: LevelForces,
+    gust_values: Vec<f64>,
     conditions: WindConditions,
     /// Mean speed of each level at the largest base speed \[m/s\].
     mean_speeds: Vec<f64>,
@@ -54,8 +54,12 @@ pub(crate) struct WindLoads {
     interval_s: f64,
     /// Instants evaluated so far; the first lies one interval before the start.
     instants: u64,
-    /// Forces at the last four instants, the oldest first.
-    knots: [LevelForces; 4],
+    /// The forces of all levels in x, then in y \[N\], at the newest instant.
+    forces_n: Vec<f64>,
+    /// What they are mapped to, if they are.
+    map: Option<BlockMatrix>,
+    /// Forces, or what they are mapped to, at the last four instants, the oldest first.
+    knots: [Vec<f64>; 4],
     steps_per_interval: usize,
     step_in_interval: usize,
 }
@@ -89,7 +93,9 @@ impl WindLoads {
             fade_in_s: wind.fade_in_s,
             interval_s,
             instants: 0,
+            map: None,
             knots: std::array::from_fn(|_| signals.clone()),
+            forces_n: signals,
             steps_per_interval,
             step_in_interval: 0,
         };
@@ -99,12 +105,23 @@ impl WindLoads {
         wind_loads
     }
 
-    /// Forces at the start, under mean wind \[N\].
+    /// Forces at the start, under mean wind \[N\], or what they are mapped to.
     pub(crate) fn at_start(&self) -> &[f64] {
         &self.knots[1]
     }
 
-    /// Writes the forces at the middle of this step \[N\] and advances to the next step.
+    /// From now on gives what this maps the forces to. Not after the start.
+    pub(crate) fn mapped(mut self, map: &DMatrix<f64>) -> Self {
+        let map = BlockMatrix::new(map);
+        for knot in &mut self.knots {
+            let forces_n = std::mem::replace(knot, vec![0.0; map.rows()]);
+            map.add_product(&forces_n, knot);
+        }
+        self.map = Some(map);
+        self
+    }
+
+    /// Writes the forces at the middle of this step \[N\], or what they are mapped to, and advances to the next step.
     pub(crate) fn next(&mut self, forces_n: &mut [f64]) {
         if self.step_in_interval == self.steps_per_interval {
             self.step_in_interval = 0;
@@ -112,12 +129,11 @@ impl WindLoads {
         }
         let place = (self.step_in_interval as f64 + 0.5) / self.steps_per_interval as f64;
         self.step_in_interval += 1;
-        let [w0, w1, w2, w3] = catmull_rom(place);
-        let [k0, k1, k2, k3] = &self.knots;
-        let knots = k0.iter().zip(k1).zip(k2.iter().zip(k3));
-        for (force, ((f0, f1), (f2, f3))) in forces_n.iter_mut().zip(knots) {
-            *force = w0 * f0 + w1 * f1 + w2 * f2 + w3 * f3;
-        }
+        let (weights, knots) = (catmull_rom(place), &self.knots);
+        vectorised(
+            #[inline(always)]
+            || interpolate(weights, knots, forces_n),
+        );
     }
 
     /// Drops the oldest instant and evaluates the next.
@@ -130,8 +146,7 @@ impl WindLoads {
         let scale = self.speed_scale(time_s);
         let (sine, cosine) = self.conditions.direction_rad.sin_cos();
         let (along, across) = self.gust_values.split_at(self.mean_speeds.len());
-        let [.., newest] = &mut self.knots;
-        let (x, y) = newest.split_at_mut(self.mean_speeds.len());
+        let (x, y) = self.forces_n.split_at_mut(self.mean_speeds.len());
         let gusts = along.iter().zip(across);
         for (((fx, fy), mean), (u, v)) in x.iter_mut().zip(y).zip(&self.mean_speeds).zip(gusts) {
             let speed_along = scale * (mean + gust_strength * u);
@@ -140,12 +155,29 @@ impl WindLoads {
             *fx = pressure * (cosine * speed_along - sine * speed_across);
             *fy = pressure * (sine * speed_along + cosine * speed_across);
         }
+        let [.., newest] = &mut self.knots;
+        if let Some(map) = &self.map {
+            newest.fill(0.0);
+            map.add_product(&self.forces_n, newest);
+        } else {
+            newest.copy_from_slice(&self.forces_n);
+        }
     }
 
     /// Base speed at a time over the largest one.
     fn speed_scale(&self, time_s: f64) -> f64 {
         let largest = self.conditions.speed.largest();
         if largest > 0.0 { self.conditions.speed.at(time_s) / largest } else { 0.0 }
+    }
+}
+
+/// The sum of four knots with their weights.
+#[inline(always)]
+fn interpolate(weights: [f64; 4], [k0, k1, k2, k3]: &[Vec<f64>; 4], out: &mut [f64]) {
+    let [w0, w1, w2, w3] = weights;
+    let knots = k0.iter().zip(k1).zip(k2.iter().zip(k3));
+    for (value, ((k0, k1), (k2, k3))) in out.iter_mut().zip(knots) {
+        *value = w3.mul_add(*k3, w2.mul_add(*k2, w1.mul_add(*k1, w0 * k0)));
     }
 }
 

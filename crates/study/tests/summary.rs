@@ -78,11 +78,18 @@ fn a_summary_counts_what_happened() {
         }),
         ..record(bias(), diagnosed)
     };
-    let nominals = [nominal(0, vec![]), nominal(1, vec![diagnosed("m/sensor/g1", 5)])];
+    let nominals = [nominal(0, vec![]), nominal(1, vec![diagnosed("m/sensor/g1", 494)])];
     let rows: Rows<ScenarioRow> = (0..).zip(records.into_iter().chain(nominals)).collect();
-    let summary = ScenarioSummary::of(&rows, 1e-3);
+    let summary = ScenarioSummary::of(&rows, 1e-3, 400);
     let counts = (summary.all.cases, summary.nominal.cases, summary.nominal.false_alarms);
     assert_eq!(counts, (4, 2, 1));
+    // watched from step 400: 600 steps, and 100 up to the alarm
+    let hours = 0.7 / 3600.0;
+    let of_nominal = &summary.nominal;
+    assert!((of_nominal.hours / hours - 1.0).abs() < 1e-12);
+    assert!((of_nominal.per_hour * hours - 1.0).abs() < 1e-12);
+    let Interval95(low, high) = of_nominal.per_hour_95;
+    assert!((low * hours - 0.0253).abs() < 1e-4 && (high * hours - 5.5716).abs() < 1e-4);
     // equally near: the first run counts
     assert_eq!(summary.nominal.closest.as_ref().map(|closest| closest.step), Some(Step(0)));
     assert_eq!((summary.all.exact, summary.all.exact_share()), (2, 0.5));
@@ -99,13 +106,17 @@ fn a_summary_counts_what_happened() {
         table.true_positive + table.false_negative + table.false_positive + table.true_negative;
     assert!((sum - 1.0).abs() < 1e-12);
     assert!((table.false_negative - (6.0 + 10.0 + 16.0 + 400.0) / 4000.0).abs() < 1e-12);
+    // of 4000 samples 1600 are warm-up, and 432 wrong
+    assert!((summary.watched_accuracy - (2400.0 - 432.0) / 2400.0).abs() < 1e-12);
     let Interval95(low, high) = summary.samples_95.false_negative;
     assert!(low < table.false_negative && table.false_negative < high);
 }
 
 #[test]
 fn no_runs_make_a_summary_too() {
-    let summary = ScenarioSummary::of(&Rows::new(), 1e-3);
+    let summary = ScenarioSummary::of(&Rows::new(), 1e-3, 400);
     assert_eq!((summary.all.cases, summary.samples.accuracy), (0, 0.0));
     assert_eq!(summary.nominal.false_alarms_95, Interval95(0.0, 1.0));
+    assert_eq!((summary.nominal.hours, summary.watched_accuracy), (0.0, 0.0));
+    assert_eq!(summary.nominal.per_hour_95, Interval95(0.0, f64::INFINITY));
 }

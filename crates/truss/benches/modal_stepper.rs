@@ -19,7 +19,7 @@ fn whole_tower(criterion: &mut Criterion) {
     let mut elongations = [0.0; 16];
     criterion.bench_function("step and outputs of the tower", |bencher| {
         bencher.iter(|| {
-            stepper.step(black_box(&forces));
+            stepper.step(black_box(&forces), &[]);
             stepper.outputs(&mut elongations);
             elongations[0]
         });

@@ -17,6 +17,7 @@
 #![allow(rustdoc::broken_intra_doc_links, reason = "units stand in brackets: [m] is no link")]
 
 mod assembly;
+mod block_matrix;
 mod check;
 mod cholesky;
 mod description;
@@ -41,9 +42,11 @@ mod structure;
 mod summary;
 mod surroundings;
 mod validation;
+mod vectorised;
 mod writer;
 
 pub use assembly::{Dof, Mechanics};
+pub use block_matrix::BlockMatrix;
 pub use description_error::{DescriptionError, DescriptionErrors, DescriptionProblem};
 pub use direction::{Direction, Support};
 pub use export::{
@@ -57,6 +60,8 @@ pub use model_error::ModelError;
 pub use perturbation::Perturbation;
 pub use place::ComponentLocation;
 pub use row::copy_prefix;
+
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
 pub use summary::{ModeSummary, ModuleSummary, StructureSummary};
 pub use surroundings::{Prediction, Surroundings};
+pub use vectorised::vectorised;

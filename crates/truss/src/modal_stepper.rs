@@ -1,36 +1,29 @@
 //! Steps many oscillators together, from inputs to outputs.
 //!
-//! A step costs O(modes · inputs), a reading O(modes · outputs), neither O(dof²). Maps are stored in blocks of
-//! [`LANES`] modes (or outputs) in the order of the loops, so that the inner loop runs over independent lanes: it
-//! vectorises without reordering any sum, and the results are bit-identical on all machines.
+//! A step costs O(modes · inputs), a reading O(modes · outputs), neither O(dof²), and their results are bit-identical on
+//! all machines.
 
 use nalgebra::DMatrix;
-use pulp::Arch;
 
 use crate::assembly::Mechanics;
+use crate::block_matrix::{Block, BlockMatrix, LANES};
 use crate::modal::Modes;
 use crate::model_error::ModelError;
 use crate::oscillator::OscillatorStep;
 use crate::structure::Structure;
+use crate::vectorised::vectorised;
 
-/// Width of a block.
-const LANES: usize = 8;
 /// Far longer than any step of a sampled system \[s\].
 const LONGEST_STEP_S: f64 = 1.0;
-
-type Block = [f64; LANES];
 
 /// Exact zero-order-hold stepping of a modal model.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub struct ModalStepper {
-    modes: usize,
-    inputs: usize,
-    outputs: usize,
     transitions: Vec<TransitionBlock>,
-    /// Modal force per input: for each block of modes, one block per input.
-    input_map: Vec<Block>,
-    /// Output per modal displacement: for each block of outputs, one block per mode.
-    output_map: Vec<Block>,
+    /// Modal force per input (modes × inputs).
+    input_map: BlockMatrix,
+    /// Output per modal displacement (outputs × modes).
+    output_map: BlockMatrix,
     displacements: Vec<Block>,
     velocities: Vec<Block>,
 }
@@ -81,14 +74,11 @@ impl ModalStepper {
         let (count, inputs, outputs) = (modes.count(), input_map.ncols(), output_map.nrows());
         let mode_blocks = count.div_ceil(LANES);
         ModalStepper {
-            modes: count,
-            inputs,
-            outputs,
             transitions: (0..mode_blocks).map(|b| transition_block(modes, dt_s, b)).collect(),
-            input_map: blocks(mode_blocks, inputs, |mode, input| {
+            input_map: BlockMatrix::from_fn(count, inputs, |mode, input| {
                 dot(modes, mode, |dof| input_map.get((dof, input)))
             }),
-            output_map: blocks(outputs.div_ceil(LANES), count, |output, mode| {
+            output_map: BlockMatrix::from_fn(outputs, count, |output, mode| {
                 dot(modes, mode, |dof| output_map.get((output, dof)))
             }),
             displacements: vec![[0.0; LANES]; mode_blocks],
@@ -99,56 +89,77 @@ impl ModalStepper {
     /// Number of modes.
     #[must_use]
     pub fn mode_count(&self) -> usize {
-        self.modes
+        self.input_map.rows()
     }
 
     /// Number of inputs.
     #[must_use]
     pub fn input_count(&self) -> usize {
-        self.inputs
+        self.input_map.columns()
     }
 
     /// Number of outputs.
     #[must_use]
     pub fn output_count(&self) -> usize {
-        self.outputs
+        self.output_map.rows()
     }
 
-    /// Advances by one step during which the inputs are constant. Allocates nothing.
+    /// Advances by one step during which the inputs are constant, and so are forces on the modes besides, lowest mode
+    /// first; of these missing ones are zero. Allocates nothing.
     ///
     /// `inputs` must have [`ModalStepper::input_count`] values.
-    pub fn step(&mut self, inputs: &[f64]) {
-        debug_assert_eq!(inputs.len(), self.inputs, "number of inputs");
-        Arch::new().dispatch(|| self.advance(inputs));
+    pub fn step(&mut self, inputs: &[f64], modal_forces: &[f64]) {
+        debug_assert_eq!(inputs.len(), self.input_count(), "number of inputs");
+        vectorised(
+            #[inline(always)]
+            || self.advance(inputs, modal_forces),
+        );
     }
 
-    /// Compiled for several instruction sets of the processor; operations and their order, and hence the results to the
-    /// last bit, are the same for all.
     #[inline(always)]
-    fn advance(&mut self, inputs: &[f64]) {
+    fn advance(&mut self, inputs: &[f64], modal_forces: &[f64]) {
         for (block, transition) in self.transitions.iter().enumerate() {
-            let force = modal_force(&self.input_map, self.inputs, block, inputs);
-            let (displacement, velocity) =
-                (&mut self.displacements[block], &mut self.velocities[block]);
-            for (lane, &p) in force.iter().enumerate() {
-                let (q, v) = (displacement[lane], velocity[lane]);
-                displacement[lane] = transition.displacement_keep[lane] * q
-                    + transition.displacement_from_velocity[lane] * v
-                    + transition.displacement_from_force[lane] * p;
-                velocity[lane] = transition.velocity_from_displacement[lane] * q
-                    + transition.velocity_keep[lane] * v
-                    + transition.velocity_from_force[lane] * p;
+            let force = self.modal_force(block, inputs, modal_forces);
+            // Copies, so that the compiler sees that nothing here overlaps.
+            let (q, v) = (self.displacements[block], self.velocities[block]);
+            let (mut displacement, mut velocity) = (q, v);
+            for lane in 0..LANES {
+                let forced = transition.displacement_from_force[lane] * force[lane];
+                let moved = transition.displacement_from_velocity[lane].mul_add(v[lane], forced);
+                displacement[lane] = transition.displacement_keep[lane].mul_add(q[lane], moved);
+                let forced = transition.velocity_from_force[lane] * force[lane];
+                let kept = transition.velocity_keep[lane].mul_add(v[lane], forced);
+                velocity[lane] = transition.velocity_from_displacement[lane].mul_add(q[lane], kept);
             }
+            self.displacements[block] = displacement;
+            self.velocities[block] = velocity;
         }
     }
 
-    /// Sets the state to static equilibrium under constant inputs.
+    /// Forces on a block of modes.
+    #[inline(always)]
+    fn modal_force(&self, block: usize, inputs: &[f64], modal_forces: &[f64]) -> Block {
+        let mut force = self.input_map.block_product(block, inputs);
+        let besides = modal_forces.get(block * LANES..).unwrap_or_default();
+        if let Some(besides) = besides.first_chunk::<LANES>() {
+            for lane in 0..LANES {
+                force[lane] += besides[lane];
+            }
+        } else {
+            for (force, besides) in force.iter_mut().zip(besides) {
+                *force += besides;
+            }
+        }
+        force
+    }
+
+    /// Sets the state to static equilibrium under constant inputs and forces on the modes.
     ///
     /// `inputs` must have [`ModalStepper::input_count`] values.
-    pub fn settle(&mut self, inputs: &[f64]) {
-        debug_assert_eq!(inputs.len(), self.inputs, "number of inputs");
+    pub fn settle(&mut self, inputs: &[f64], modal_forces: &[f64]) {
+        debug_assert_eq!(inputs.len(), self.input_count(), "number of inputs");
         for (block, transition) in self.transitions.iter().enumerate() {
-            let force = modal_force(&self.input_map, self.inputs, block, inputs);
+            let force = self.modal_force(block, inputs, modal_forces);
             self.displacements[block] =
                 std::array::from_fn(|lane| transition.flexibility[lane] * force[lane]);
             self.velocities[block] = [0.0; LANES];
@@ -165,7 +176,7 @@ impl ModalStepper {
     ///
     /// `out` must have [`ModalStepper::output_count`] places.
     pub fn outputs(&self, out: &mut [f64]) {
-        debug_assert_eq!(out.len(), self.outputs, "number of outputs");
+        debug_assert_eq!(out.len(), self.output_count(), "number of outputs");
         self.read(&self.displacements, out);
     }
 
@@ -173,72 +184,28 @@ impl ModalStepper {
     ///
     /// `out` must have [`ModalStepper::output_count`] places.
     pub fn output_rates(&self, out: &mut [f64]) {
-        debug_assert_eq!(out.len(), self.outputs, "number of outputs");
+        debug_assert_eq!(out.len(), self.output_count(), "number of outputs");
         self.read(&self.velocities, out);
     }
 
     /// Modal displacements q, lowest mode first [√kg·m].
     pub fn modal_displacements(&self) -> impl Iterator<Item = f64> + '_ {
-        self.displacements.iter().flatten().copied().take(self.modes)
+        self.displacements.iter().flatten().copied().take(self.mode_count())
     }
 
     /// Modal velocities q̇, lowest mode first [√kg·m/s].
     pub fn modal_velocities(&self) -> impl Iterator<Item = f64> + '_ {
-        self.velocities.iter().flatten().copied().take(self.modes)
+        self.velocities.iter().flatten().copied().take(self.mode_count())
     }
 
     fn read(&self, state: &[Block], out: &mut [f64]) {
-        Arch::new().dispatch(|| self.combine(state, out));
-    }
-
-    /// Compiled like [`ModalStepper::advance`].
-    #[inline(always)]
-    fn combine(&self, state: &[Block], out: &mut [f64]) {
-        if self.modes == 0 {
-            out.fill(0.0);
-            return;
-        }
-        for (rows, target) in self.output_map.chunks_exact(self.modes).zip(out.chunks_mut(LANES)) {
-            let mut sums = [0.0; LANES];
-            for (row, &q) in rows.iter().zip(state.iter().flatten()) {
-                for lane in 0..LANES {
-                    sums[lane] += row[lane] * q;
-                }
-            }
-            for (value, sum) in target.iter_mut().zip(sums) {
-                *value = sum;
-            }
-        }
+        out.fill(0.0);
+        self.output_map.add_product(state.as_flattened(), out);
     }
 }
 
-/// Forces on a block of modes.
-#[inline(always)]
-fn modal_force(input_map: &[Block], count: usize, block: usize, inputs: &[f64]) -> Block {
-    let mut force = [0.0; LANES];
-    // `input_map` contains `count` blocks for each block of modes.
-    let shares = &input_map[block * count..(block + 1) * count];
-    for (share, &input) in shares.iter().zip(inputs) {
-        for lane in 0..LANES {
-            force[lane] += share[lane] * input;
-        }
-    }
-    force
-}
-
-/// Fills `rows` blocks of `columns` each; lanes beyond the data stay zero through `value`.
-fn blocks(rows: usize, columns: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Block> {
-    let places = (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)));
-    places
-        .map(|(row, column)| std::array::from_fn(|lane| value(row * LANES + lane, column)))
-        .collect()
-}
-
-/// Scalar product of a mode shape with a row or column of a map; zero for modes that do not exist.
+/// Scalar product of a mode shape with a row or column of a map.
 fn dot<'a>(modes: &Modes, mode: usize, entry: impl Fn(usize) -> Option<&'a f64>) -> f64 {
-    if mode >= modes.count() {
-        return 0.0;
-    }
     let shape = modes.shapes.column(mode);
     shape.iter().enumerate().map(|(dof, value)| value * entry(dof).copied().unwrap_or(0.0)).sum()
 }

@@ -61,7 +61,7 @@ fn every_damping_regime_follows_the_matrix_exponential() {
             for step in 0..5 {
                 let (q, v) = read(&stepper);
                 let expected = by_exponential(omega, ratio, DT_S, state);
-                stepper.step(&[1.0]);
+                stepper.step(&[1.0], &[]);
                 let (q1, v1) = read(&stepper);
                 let scale_q = expected[0].abs().max(q.abs());
                 let scale_v = expected[1].abs().max(v.abs()).max(omega * scale_q);
@@ -106,7 +106,7 @@ fn many_steps_under_a_constant_input_follow_the_closed_form() {
         let omega = 11.0;
         let mut stepper = stepper(&oscillator(omega, ratio), DT_S);
         for step in 1..=2000 {
-            stepper.step(&[1.0]);
+            stepper.step(&[1.0], &[]);
             let expected = closed_form(omega, ratio, f64::from(step) * DT_S);
             let error = (read(&stepper).0 - expected).abs() * omega * omega;
             assert!(error < 1e-11, "ratio {ratio}, step {step}: {error}");
@@ -126,9 +126,9 @@ fn two_half_steps_are_one_step() {
         for step in 0..200 {
             let inputs: Vec<f64> =
                 (0..whole.input_count()).map(|i| 1e4 * ((step * (i + 1)) as f64).sin()).collect();
-            whole.step(&inputs);
-            half.step(&inputs);
-            half.step(&inputs);
+            whole.step(&inputs, &[]);
+            half.step(&inputs, &[]);
+            half.step(&inputs, &[]);
             whole.outputs(&mut a);
             half.outputs(&mut b);
             let scale = a.iter().fold(1e-6_f64, |m, x| m.max(x.abs()));
@@ -148,9 +148,9 @@ fn settling_is_where_a_constant_input_leads_in_the_long_run() {
             |dt_s| ModalStepper::new(&modes, dt_s, &mechanics.actuator_map, &mechanics.gage_map);
         let inputs = vec![1e4; new(DT_S).input_count()];
         let (mut settled, mut long) = (new(DT_S), new(0.1));
-        settled.settle(&inputs);
+        settled.settle(&inputs, &[]);
         for _ in 0..2000 {
-            long.step(&inputs);
+            long.step(&inputs, &[]);
         }
         let read = |stepper: &ModalStepper| {
             let mut out = vec![0.0; stepper.output_count()];
@@ -165,7 +165,7 @@ fn settling_is_where_a_constant_input_leads_in_the_long_run() {
             let direct: f64 = statics.row(gage).iter().map(|response| response * 1e4).sum();
             assert!((x - direct).abs() < 1e-8 * scale);
         }
-        settled.step(&inputs);
+        settled.step(&inputs, &[]);
         for (x, y) in at_once.iter().zip(read(&settled)) {
             assert!((x - y).abs() < 1e-10 * scale, "equilibrium stays");
         }
@@ -194,7 +194,7 @@ fn a_whole_structure_follows_its_own_equations_of_motion() {
     let mut out = vec![0.0; size];
     for step in 0..100 {
         let input = 1e4 * (f64::from(step) * 0.2).cos();
-        stepper.step(&[input]);
+        stepper.step(&[input], &[]);
         let parts = 100;
         let h = DT_S / f64::from(parts);
         for _ in 0..parts {
@@ -221,7 +221,7 @@ fn very_stiff_and_very_damped_modes_stay_finite() {
     for (omega, ratio) in [(1e6, 5e3), (1e5, 0.01), (1e-3, 50.0), (1e4, 1.0)] {
         let mut stepper = stepper(&oscillator(omega, ratio), DT_S);
         for _ in 0..100 {
-            stepper.step(&[1.0]);
+            stepper.step(&[1.0], &[]);
         }
         let (q, v) = read(&stepper);
         assert!(q.is_finite() && v.is_finite());
@@ -234,13 +234,13 @@ fn reset_brings_back_rest() {
     let structure = shared::small();
     let mut model = ModalStepper::of_module(&shared::local(&structure, "lower"), DT_S).unwrap();
     let mut stepper = stepper(&oscillator(10.0, 0.1), DT_S);
-    stepper.step(&[1.0]);
+    stepper.step(&[1.0], &[]);
     stepper.reset();
     assert_eq!(read(&stepper), (0.0, 0.0));
     let mut out = vec![1.0; model.output_count()];
     model.outputs(&mut out);
     assert!(out.iter().all(|&x| x == 0.0));
-    model.step(&vec![1e3; model.input_count()]);
+    model.step(&vec![1e3; model.input_count()], &[]);
     model.outputs(&mut out);
     assert!(out.iter().any(|&x| x != 0.0));
 }
@@ -254,7 +254,7 @@ fn a_local_model_settles_on_the_static_responses() {
         let mut model = ModalStepper::of_module(&local, DT_S).unwrap();
         assert_eq!((model.input_count(), model.output_count()), (4, 8));
         let forces = [1e4, -2e4, 5e3, 0.0];
-        model.settle(&forces);
+        model.settle(&forces, &[]);
         let mut out = [0.0; 8];
         model.outputs(&mut out);
         for (gage, own) in out.iter().enumerate() {

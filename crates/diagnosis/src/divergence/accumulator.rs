@@ -282,12 +282,12 @@ fn project<I: Instructions, const CHANGES: usize, const VECTORS: usize>(
             let mut sums: [I::Vector; VECTORS] = vectors.load(on, place);
             for (place, k) in upper.iter().enumerate() {
                 let elements: [I::Vector; VECTORS] = vectors.load(on, place);
-                for v in 0..VECTORS {
-                    sums[v] = on.mul_add(on.load(k), elements[v], sums[v]);
+                for (sum, element) in sums.iter_mut().zip(elements) {
+                    *sum = on.mul_add(on.load(k), element, *sum);
                 }
             }
-            for v in 0..VECTORS {
-                on.store(&mut last.projected[v], sums[v]);
+            for (projected, sum) in last.projected.iter_mut().zip(sums) {
+                on.store(projected, sum);
             }
         }
     }

@@ -9,7 +9,7 @@
 //! Deletions let rounding grow slowly: over ten million of them on a smooth residual to 2e-11 of the divergence. A
 //! successor is therefore built now and then that only adds, from an empty start; once it has seen a whole interval it
 //! holds exactly the vectors of the accumulator and takes its place. It is begun at once after a deletion that cost
-//! digits, as that of a large outlier does. A step with it is a third more work than one without.
+//! digits, as that of a large outlier does. A step with it is two fifths more work than one without.
 
 use std::fmt;
 

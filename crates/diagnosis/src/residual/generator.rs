@@ -283,7 +283,7 @@ impl ResidualGenerator {
         for place in 0..steps {
             let share = (place as f64 + 0.5) / steps as f64;
             blend(&mut self.between.forces, &self.earlier.forces, &self.now.forces, share);
-            self.local.step(&self.between.forces);
+            self.local.step(&self.between.forces, &[]);
         }
     }
 
@@ -297,7 +297,7 @@ impl ResidualGenerator {
     /// Lets models that do not follow the plant begin where it is.
     fn settle(&mut self, sample: &Measurements) {
         if !self.structure_follows {
-            self.local.settle(&self.now.forces);
+            self.local.settle(&self.now.forces, &[]);
             self.structure_follows = true;
         }
         if !self.loops_follow {

@@ -63,73 +63,118 @@ impl Cylinder {
         }
     }
 
-    /// One Runge–Kutta step.
-    pub(super) fn substep(
+    /// One Runge–Kutta step of some cylinders in the same state, side by side: pressures in A, and in B.
+    #[inline(always)]
+    pub(super) fn substep<const N: usize>(
         &self,
-        p: [f64; 2],
-        target: f64,
+        p: [[f64; N]; 2],
+        target: [f64; N],
         state: &ActuatorState,
         step: f64,
-    ) -> [f64; 2] {
-        let after = |rate: [f64; 2], time: f64| [p[0] + time * rate[0], p[1] + time * rate[1]];
+    ) -> [[f64; N]; 2] {
+        let after = |rate: &[[f64; N]; 2], time: f64| {
+            let mut after = p;
+            for chamber in 0..2 {
+                for of in 0..N {
+                    after[chamber][of] += time * rate[chamber][of];
+                }
+            }
+            after
+        };
         let k1 = self.rates(p, target, state);
-        let k2 = self.rates(after(k1, 0.5 * step), target, state);
-        let k3 = self.rates(after(k2, 0.5 * step), target, state);
-        let k4 = self.rates(after(k3, step), target, state);
-        std::array::from_fn(|chamber| {
-            let rate = k1[chamber] + 2.0 * (k2[chamber] + k3[chamber]) + k4[chamber];
-            // Ports and leaks close towards these bounds; only rounding could exceed them.
-            (p[chamber] + step / 6.0 * rate).clamp(self.floor, self.supply)
-        })
+        let k2 = self.rates(after(&k1, 0.5 * step), target, state);
+        let k3 = self.rates(after(&k2, 0.5 * step), target, state);
+        let k4 = self.rates(after(&k3, step), target, state);
+        let mut next = p;
+        for chamber in 0..2 {
+            for of in 0..N {
+                let middle = k2[chamber][of] + k3[chamber][of];
+                let rate = k1[chamber][of] + 2.0 * middle + k4[chamber][of];
+                // Ports and leaks close towards these bounds; only rounding could exceed them.
+                next[chamber][of] =
+                    (p[chamber][of] + step / 6.0 * rate).clamp(self.floor, self.supply);
+            }
+        }
+        next
     }
 
     /// The flow commanded by the force control \[m³/s\].
-    #[inline]
+    #[inline(always)]
     pub(super) fn command(&self, [a, b]: [f64; 2], target: f64) -> f64 {
         self.gain * (target - (a * self.area[0] - b * self.area[1]))
     }
 
     /// ṗ_A and ṗ_B \[Pa/s\].
-    fn rates(&self, [a, b]: [f64; 2], target: f64, state: &ActuatorState) -> [f64; 2] {
-        let command = match state {
-            ActuatorState::Sticking(spool) => spool.flow(),
-            _ => self.command([a, b], target),
-        };
-        let mut flows = [self.port(command, a), self.port(-command, b)];
+    #[inline(always)]
+    fn rates<const N: usize>(
+        &self,
+        [a, b]: [[f64; N]; 2],
+        target: [f64; N],
+        state: &ActuatorState,
+    ) -> [[f64; N]; 2] {
+        let (mut into_a, mut into_b) = ([0.0; N], [0.0; N]);
+        for of in 0..N {
+            into_a[of] = match state {
+                ActuatorState::Sticking(spool) => spool.flow(),
+                _ => self.command([a[of], b[of]], target[of]),
+            };
+            into_b[of] = -into_a[of];
+        }
+        self.limit(&mut into_a, a);
+        self.limit(&mut into_b, b);
         match *state {
             ActuatorState::Healthy | ActuatorState::Sticking(_) => {}
             ActuatorState::Leaking { internal, external_a, external_b } => {
-                let across = self.leak(internal, a - b);
-                flows[0] -= across + self.leak(external_a, a - self.ambient);
-                flows[1] += across - self.leak(external_b, b - self.ambient);
+                for of in 0..N {
+                    let across = self.leak(internal, a[of] - b[of]);
+                    into_a[of] -= across + self.leak(external_a, a[of] - self.ambient);
+                    into_b[of] += across - self.leak(external_b, b[of] - self.ambient);
+                }
             }
-            ActuatorState::HardOver => flows[0] = self.port(f64::INFINITY, a),
+            ActuatorState::HardOver => {
+                into_a = [f64::INFINITY; N];
+                self.limit(&mut into_a, a);
+            }
             ActuatorState::ShutOff => {
-                let outflows = [a, b].map(|pressure| self.port(f64::NEG_INFINITY, pressure));
-                return [self.stiffness[0] * outflows[0], self.stiffness[1] * outflows[1]];
+                (into_a, into_b) = ([f64::NEG_INFINITY; N], [f64::NEG_INFINITY; N]);
+                self.limit(&mut into_a, a);
+                self.limit(&mut into_b, b);
             }
         }
-        if self.null_square > 0.0 {
-            flows[0] += self.null_flow(a);
-            flows[1] += self.null_flow(b);
+        let has_null_flow = self.null_square > 0.0 && *state != ActuatorState::ShutOff;
+        for of in 0..N {
+            if has_null_flow {
+                into_a[of] += self.null_flow(a[of]);
+                into_b[of] += self.null_flow(b[of]);
+            }
+            into_a[of] *= self.stiffness[0];
+            into_b[of] *= self.stiffness[1];
         }
-        [self.stiffness[0] * flows[0], self.stiffness[1] * flows[1]]
+        [into_a, into_b]
     }
 
-    /// Flow into a chamber \[m³/s\]: the command, limited by its inlet or outlet.
-    #[inline]
-    fn port(&self, command: f64, pressure: f64) -> f64 {
-        let across = if command > 0.0 { self.supply - pressure } else { pressure - self.tank };
-        let limit_square = self.valve_square * across.max(0.0);
-        // The root is needed only at the limit.
-        if command * command <= limit_square {
-            command
-        } else {
-            limit_square.sqrt().copysign(command)
+    /// Limits flows into chambers \[m³/s\] to what their inlets and outlets pass.
+    #[inline(always)]
+    fn limit<const N: usize>(&self, flows: &mut [f64; N], pressures: [f64; N]) {
+        let (mut limit_squares, mut excess) = ([0.0; N], f64::NEG_INFINITY);
+        for of in 0..N {
+            let (flow, pressure) = (flows[of], pressures[of]);
+            let across = if flow > 0.0 { self.supply - pressure } else { pressure - self.tank };
+            limit_squares[of] = self.valve_square * across.max(0.0);
+            excess = excess.max(flow * flow - limit_squares[of]);
+        }
+        // The roots are needed only at the limit.
+        if excess > 0.0 {
+            for (flow, limit_square) in flows.iter_mut().zip(limit_squares) {
+                if *flow * *flow > limit_square {
+                    *flow = limit_square.sqrt().copysign(*flow);
+                }
+            }
         }
     }
 
     /// Net flow into a chamber through a closed valve: from the supply, minus that to the tank \[m³/s\].
+    #[inline(always)]
     fn null_flow(&self, pressure: f64) -> f64 {
         let root = |across: f64| (self.null_square * across.max(0.0)).sqrt();
         root(self.supply - pressure) - root(pressure - self.tank)

@@ -28,6 +28,10 @@ pub(crate) use cylinder::ActuatorState;
 use cylinder::Cylinder;
 pub use parameters::HydraulicParameters;
 pub(crate) use spool::Spool;
+use truss::vectorised;
+
+/// So many healthy actuators are integrated at a time, with the same results as one by one.
+const SIDE_BY_SIDE: usize = 4;
 
 /// The pressures of all actuators.
 #[derive(Debug, Clone)]
@@ -92,20 +96,61 @@ impl Hydraulics {
     /// Integrates over one step under constant demands \[N\]; `noise_n` is the error of the force measured by each
     /// force control during the step \[N\].
     pub(crate) fn step(&mut self, demands_n: &[f64], noise_n: &[f64]) {
-        let states = self.states.iter_mut().zip(&self.is_shut_off);
-        let actuators = self.pressures_pa.iter_mut().zip(states);
-        for ((pressures, (state, is_shut_off)), (demand, noise)) in
-            actuators.zip(demands_n.iter().zip(noise_n))
-        {
-            let target = demand - noise;
-            let shut_off = &mut ActuatorState::ShutOff;
-            let state = if *is_shut_off { shut_off } else { state };
-            if let ActuatorState::Sticking(spool) = state {
-                spool.follow(self.cylinder.command(*pressures, target));
+        vectorised(
+            #[inline(always)]
+            || self.integrate(demands_n, noise_n),
+        );
+    }
+
+    #[inline(always)]
+    fn integrate(&mut self, demands_n: &[f64], noise_n: &[f64]) {
+        let actuators = self.pressures_pa.len().min(demands_n.len()).min(noise_n.len());
+        let mut first = 0;
+        while first < actuators {
+            let group = first..(first + SIDE_BY_SIDE).min(actuators);
+            let are_healthy = self.states[group.clone()]
+                .iter()
+                .zip(&self.is_shut_off[group.clone()])
+                .all(|(state, is_shut_off)| *state == ActuatorState::Healthy && !is_shut_off);
+            if are_healthy && group.len() == SIDE_BY_SIDE {
+                let healthy = ActuatorState::Healthy;
+                self.integrate_group::<SIDE_BY_SIDE>(first, demands_n, noise_n, &healthy);
+                first += SIDE_BY_SIDE;
+                continue;
             }
-            for _ in 0..self.parameters.substeps {
-                *pressures = self.cylinder.substep(*pressures, target, state, self.substep_s);
+            for actuator in group {
+                let mut state = self.states[actuator];
+                if self.is_shut_off[actuator] {
+                    state = ActuatorState::ShutOff;
+                } else if let ActuatorState::Sticking(spool) = &mut state {
+                    let target = demands_n[actuator] - noise_n[actuator];
+                    spool.follow(self.cylinder.command(self.pressures_pa[actuator], target));
+                    self.states[actuator] = state;
+                }
+                self.integrate_group::<1>(actuator, demands_n, noise_n, &state);
+                first += 1;
             }
+        }
+    }
+
+    #[inline(always)]
+    fn integrate_group<const N: usize>(
+        &mut self,
+        first: usize,
+        demands_n: &[f64],
+        noise_n: &[f64],
+        state: &ActuatorState,
+    ) {
+        let (mut p, mut target) = ([[0.0; N]; 2], [0.0; N]);
+        for (of, pressures) in self.pressures_pa[first..first + N].iter().enumerate() {
+            [p[0][of], p[1][of]] = *pressures;
+            target[of] = demands_n[first + of] - noise_n[first + of];
+        }
+        for _ in 0..self.parameters.substeps {
+            p = self.cylinder.substep(p, target, state, self.substep_s);
+        }
+        for (of, pressures) in self.pressures_pa[first..first + N].iter_mut().enumerate() {
+            *pressures = [p[0][of], p[1][of]];
         }
     }
 }

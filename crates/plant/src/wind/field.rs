@@ -17,6 +17,7 @@
 use std::f64::consts::TAU;
 
 use rand::{Rng, RngExt};
+use truss::vectorised;
 
 use crate::wind::WindParameters;
 use crate::wind::profile::{gust_deviation, mean_speed, turbulence_length};
@@ -106,6 +107,14 @@ impl GustField {
     /// `out`: longitudinal gusts of all levels from the bottom up, then the lateral ones; entries beyond twice the
     /// number of levels are not changed.
     pub fn next(&mut self, out: &mut [f64]) {
+        vectorised(
+            #[inline(always)]
+            || self.evaluate(out),
+        );
+    }
+
+    #[inline(always)]
+    fn evaluate(&mut self, out: &mut [f64]) {
         let signals = 2 * self.levels;
         out.iter_mut().take(signals).for_each(|value| *value = 0.0);
         if signals == 0 {
@@ -116,7 +125,7 @@ impl GustField {
             let [cosine, sine] = *phasor;
             let (of_cosine, of_sine) = amplitudes.split_at(signals);
             for ((value, a), b) in out.iter_mut().zip(of_cosine).zip(of_sine) {
-                *value += a * cosine + b * sine;
+                *value = a.mul_add(cosine, b.mul_add(sine, *value));
             }
             *phasor = turned(*phasor, *turn);
         }
@@ -124,6 +133,7 @@ impl GustField {
 }
 
 /// Rotates a phasor and normalises it to the unit circle (one step of Newton's inverse root).
+#[inline(always)]
 fn turned([cosine, sine]: [f64; 2], [turn_cosine, turn_sine]: [f64; 2]) -> [f64; 2] {
     let real = cosine * turn_cosine - sine * turn_sine;
     let imaginary = sine * turn_cosine + cosine * turn_sine;

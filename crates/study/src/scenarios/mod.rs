@@ -213,7 +213,7 @@ impl Campaign for ScenarioCampaign {
     }
 
     fn summarize(&self, rows: &Rows<ScenarioRow>) -> ScenarioSummary {
-        ScenarioSummary::of(rows, self.system.parameters.step_s)
+        ScenarioSummary::of(rows, self.system.parameters.step_s, self.system.watched_from())
     }
 
     fn tables(

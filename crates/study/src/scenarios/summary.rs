@@ -8,7 +8,7 @@ use vocabulary::fault::FaultKind;
 use super::paper_table::{self, PaperTable};
 use super::record::{Closest, Conversation, ScenarioRow};
 use crate::campaign::{Rows, grouped};
-use crate::statistics::{Delays, Interval95, share_interval};
+use crate::statistics::{Delays, Interval95, rate_interval, share_interval};
 
 /// Zero outputs of a gage must be found if its healthy reading exceeds this multiple of its noise.
 pub const READABLE: f64 = 10.0;
@@ -26,6 +26,8 @@ pub struct ScenarioSummary {
     pub samples: PaperTable<f64>,
     /// Their intervals, runs resampled with replacement.
     pub samples_95: PaperTable<Interval95>,
+    /// Share of correctly flagged samples among those from the end of the warm-up on: before, nothing can be flagged.
+    pub watched_accuracy: f64,
     /// Zero outputs of gages whose healthy reading exceeded ten times their noise.
     pub readable_zero_outputs: FoundCount,
     /// The messages exchanged by modules, summed over the runs with a fault.
@@ -68,6 +70,12 @@ pub struct Nominal {
     pub false_alarms: u64,
     /// Interval of their share (Clopper and Pearson); its upper end is the bound.
     pub false_alarms_95: Interval95,
+    /// Time watched, from the end of each run's warm-up to its first alarm or its end \[h\].
+    pub hours: f64,
+    /// False alarms per hour watched, each run counting up to its first; 0 if none was watched.
+    pub per_hour: f64,
+    /// Its interval (Garwood), from 0 to infinity (`null`) if none was watched; the upper end is the bound.
+    pub per_hour_95: Interval95,
     /// The largest ratio of divergence to threshold.
     pub closest: Option<Closest>,
 }
@@ -90,9 +98,9 @@ impl FoundCount {
 }
 
 impl ScenarioSummary {
-    /// Summarises rows. Steps last `step_s`.
+    /// Summarises rows. Steps last `step_s`; every channel is watched from step `watched_from` on.
     #[must_use]
-    pub fn of(rows: &Rows<ScenarioRow>, step_s: f64) -> Self {
+    pub fn of(rows: &Rows<ScenarioRow>, step_s: f64, watched_from: u64) -> Self {
         let mut readable_zero_outputs = FoundCount::default();
         let mut not_exact = Vec::new();
         for (number, record) in rows {
@@ -112,12 +120,22 @@ impl ScenarioSummary {
             kinds.iter().filter_map(|(kind, of)| Some(((*kind)?, Isolation::of(of, step_s))));
         let counts: Vec<_> = scenarios.iter().map(|record| record.samples()).collect();
         let (samples, samples_95) = paper_table::of(&counts);
+        let steps = scenarios.iter().map(|record| record.steps).sum::<u64>();
+        let warm_up =
+            scenarios.iter().map(|record| record.steps.min(watched_from)).sum::<u64>() as f64;
+        let watched = steps as f64 - warm_up;
+        let right = samples.accuracy * steps as f64 - warm_up;
         Self {
             all: Isolation::of(&scenarios, step_s),
             kinds: kinds.collect(),
-            nominal: Nominal::of(rows.values().filter(|row| row.kind().is_none())),
+            nominal: Nominal::of(
+                rows.values().filter(|row| row.kind().is_none()),
+                step_s,
+                watched_from,
+            ),
             samples,
             samples_95,
+            watched_accuracy: if watched > 0.0 { right / watched } else { 0.0 },
             readable_zero_outputs,
             conversation: conversation(&scenarios),
             with_questions: count(&scenarios, |record| record.conversation.questions > 0),
@@ -158,18 +176,33 @@ impl Isolation {
 }
 
 impl Nominal {
-    fn of<'a>(records: impl Iterator<Item = &'a ScenarioRow>) -> Self {
+    fn of<'a>(
+        records: impl Iterator<Item = &'a ScenarioRow>,
+        step_s: f64,
+        watched_from: u64,
+    ) -> Self {
         let (mut cases, mut false_alarms, mut closest) = (0, 0, None::<&Closest>);
+        let mut watched = 0;
         for record in records {
             cases += 1;
             false_alarms += u64::from(record.is_false_alarm());
+            let first = record.diagnosed.iter().map(|diagnosed| diagnosed.decided.0).min();
+            watched += first.unwrap_or(record.steps).saturating_sub(watched_from);
             // Of equal ratios, the first.
             let nearer = record.closest.as_ref();
             let nearer = nearer.filter(|new| closest.is_none_or(|old| new.ratio > old.ratio));
             closest = nearer.or(closest);
         }
+        let hours = watched as f64 * step_s / 3600.0;
+        let Interval95(low, high) = rate_interval(false_alarms);
+        let (per_hour, per_hour_95) = if watched > 0 {
+            (false_alarms as f64 / hours, Interval95(low / hours, high / hours))
+        } else {
+            (0.0, Interval95(0.0, f64::INFINITY))
+        };
         let false_alarms_95 = share_interval(false_alarms, cases);
-        Self { cases, false_alarms, false_alarms_95, closest: closest.cloned() }
+        let closest = closest.cloned();
+        Self { cases, false_alarms, false_alarms_95, hours, per_hour, per_hour_95, closest }
     }
 }
 

@@ -47,6 +47,11 @@ fn paper_table(summary: &ScenarioSummary) -> Table {
         &["", "this campaign", "95 %", "the paper"],
         shares.map(row).to_vec(),
     )
+    .with_note(format!(
+        "\"healthy and not flagged\" includes the warm-up, in which nothing can be flagged, as in the paper; without it \
+         the\naccuracy is {:.4}.",
+        summary.watched_accuracy
+    ))
 }
 
 /// A row for each kind of fault, and one for all.
@@ -103,6 +108,12 @@ fn alarms(summary: &ScenarioSummary) -> Table {
         let runs = format!("{} of {}", nominal.false_alarms, nominal.cases);
         row("nominal runs with a false alarm", runs);
         row("their share with 95 % certainty below", percent(bound));
+        let Interval95(low, high) = nominal.per_hour_95;
+        if nominal.hours > 0.0 {
+            row("hours watched in them, without warm-up", format!("{:.2}", nominal.hours));
+            let rate = format!("{:.3} ({low:.3} to {high:.3})", nominal.per_hour);
+            row("false alarms per hour (95 %)", rate);
+        }
     }
     if let Some(Closest { component, ratio, .. }) = &nominal.closest {
         row("nearest to one", format!("{component}, at {ratio:.2} of its threshold"));

@@ -57,7 +57,7 @@ fn has_finite_model(local: &Structure) {
             let forces_n = vec![1000.0; model.input_count()];
             let mut elongations_m = vec![0.0; model.output_count()];
             for _ in 0..3 {
-                model.step(&forces_n);
+                model.step(&forces_n, &[]);
                 model.outputs(&mut elongations_m);
                 assert!(elongations_m.iter().all(|x| x.is_finite()), "{elongations_m:?}");
             }
