@@ -60,7 +60,6 @@ pub use model_error::ModelError;
 pub use perturbation::Perturbation;
 pub use place::ComponentLocation;
 pub use row::copy_prefix;
-
 pub use structure::{Actuator, Gage, Level, Module, Node, Rayleigh, Structure};
 pub use summary::{ModeSummary, ModuleSummary, StructureSummary};
 pub use surroundings::{Prediction, Surroundings};

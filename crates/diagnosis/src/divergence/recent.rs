@@ -252,9 +252,9 @@ impl Term {
         on.add(sum, excess)
     }
 
-    /// What a change says right after it. With z = g/(2 + g), g = s − 1, ln s = 2·atanh z and
-    /// h = z·(1 − 1/s) + 2·(atanh z − z): no difference of what is nearly equal, and for |g| ≤ 1/4 eight terms of the
-    /// series of atanh leave less than 3e-16 of h.
+    /// The term of a change right after it. With g = s − 1 and z = g/(2 + g), ln s = 2·atanh z and
+    /// h = z·(1 − 1/s) + 2·(atanh z − z). This form does not cancel. For |g| ≤ 1/4, eight terms of the series of atanh
+    /// give h to a relative error below 3e-16.
     #[inline(always)]
     fn of(on: impl Instructions, change: &RankOne) -> Term {
         const LARGEST: f64 = 0.25;
