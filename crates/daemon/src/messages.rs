@@ -9,6 +9,21 @@ use zenoh::sample::Sample;
 /// Why a question is turned away that finds no room.
 pub(crate) const TOO_MANY_QUESTIONS: &str = "query queue full; retry later";
 
+/// Zenoh's name of a form of messages.
+pub(crate) fn encoding(encoding: vocabulary::Encoding) -> Encoding {
+    match encoding {
+        vocabulary::Encoding::Json => Encoding::APPLICATION_JSON,
+        vocabulary::Encoding::Cbor => Encoding::APPLICATION_CBOR,
+    }
+}
+
+/// The form of a message with Zenoh's name of it: many who publish JSON give none.
+pub(crate) fn encoding_of(named: &Encoding) -> vocabulary::Encoding {
+    let usual = [Encoding::APPLICATION_JSON, Encoding::default()];
+    let is_cbor = !usual.contains(named) && named.to_string().starts_with("application/cbor");
+    if is_cbor { vocabulary::Encoding::Cbor } else { vocabulary::Encoding::Json }
+}
+
 /// A message whose own key is the one that it came on: a module speaks for itself only. Otherwise the reason why it cannot
 /// be used.
 pub(crate) fn read<M: Message>(sample: &Sample, key: fn(&M) -> Key) -> Result<M, String> {

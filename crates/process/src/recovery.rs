@@ -144,6 +144,7 @@ mod tests {
             pressures_pa: vec![],
             elongations_m: vec![],
             readings: vec![],
+            block: Vec::new(),
         }
     }
 

@@ -34,7 +34,7 @@ pub struct SampleSize {
 }
 
 impl ReceivedSample {
-    /// A sample that is too long is truncated one value beyond its expected length: it stays too long, but takes no
+    /// A sample of one step. One that is too long is truncated one value beyond its expected length: it stays too long, but takes no
     /// more memory than a valid one, however many are queued.
     #[must_use]
     pub fn new(sample: vocabulary::Sample, received: Instant, size: SampleSize) -> Self {
@@ -47,6 +47,7 @@ impl ReceivedSample {
             mut pressures_pa,
             mut elongations_m,
             readings,
+            block: _,
         } = sample;
         // A module has gages, or the channels of a learned module; what has both is too long.
         elongations_m.extend(readings);
@@ -393,6 +394,7 @@ mod tests {
             pressures_pa: vec![[1.0; 2]; 2],
             elongations_m: vec![1.0; 100_000],
             readings: vec![1.0; 1000],
+            block: Vec::new(),
         };
         let size = SampleSize { actuators: 2, gages: 3 };
         let ReceivedSample { sample, .. } = ReceivedSample::new(sample, Instant::now(), size);

@@ -70,6 +70,10 @@ struct PlantDocument {
     _speed: IgnoredAny,
     #[serde(default, rename = "burst_steps")]
     _burst_steps: IgnoredAny,
+    #[serde(default, rename = "blocks")]
+    _blocks: IgnoredAny,
+    #[serde(default, rename = "encoding")]
+    _encoding: IgnoredAny,
     #[serde(default, rename = "steps")]
     _steps: IgnoredAny,
     #[serde(default, rename = "wait_for")]
@@ -78,6 +82,8 @@ struct PlantDocument {
     _schedule: IgnoredAny,
     #[serde(default, rename = "lock_step")]
     _lock_step: IgnoredAny,
+    #[serde(default, rename = "tolerance")]
+    _tolerance: IgnoredAny,
     #[serde(default, rename = "network")]
     _network: IgnoredAny,
     #[serde(default, rename = "health")]

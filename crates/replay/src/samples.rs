@@ -183,6 +183,7 @@ mod tests {
             pressures_pa: vec![[2.0, 3.0]],
             elongations_m: vec![4.0],
             readings: vec![f64::NAN],
+            block: Vec::new(),
         }
     }
 

@@ -76,9 +76,11 @@ impl SettingsFile {
                 let text = number.as_str();
                 let number = text.parse::<f64>().unwrap_or(0.0);
                 let is_setting = number.abs() <= LARGEST || number == f64::INFINITY;
+                if is_setting {
+                    return;
+                }
                 let line = Some(line_at(&self.text, value.span().start));
-                let is_known = errors.0.iter().any(|e| e.line == line && e.file == self.file);
-                if !is_setting && !is_known {
+                if !errors.0.iter().any(|e| e.line == line && e.file == self.file) {
                     let least = -LARGEST;
                     let problem =
                         format!("`{key}` is {text}; use a number from {least:e} to {LARGEST:e}");

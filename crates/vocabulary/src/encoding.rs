@@ -1,11 +1,11 @@
 //! Bytes to messages and back.
 //!
-//! A message is one JSON object. Its field `v` is the version of the format, [`VERSION`]; it is
+//! A message is one JSON object, or the same as CBOR (RFC 8949) where both are offered. Its field `v` is the version of the format, [`VERSION`]; it is
 //! looked at before anything else, so that a message of another version is called just that and not
 //! malformed. The version is raised when a field changes its meaning or goes, or an enumeration gets another word; a new
 //! field alone does not raise it, so fields that are not known are ignored.
 //!
-//! Finite numbers come back as the very same bits. A number that is not finite is written `null`.
+//! Finite numbers come back as the very same bits. A number that is not finite is written `null` in JSON, as itself in CBOR.
 
 use crate::quotation;
 use schemars::JsonSchema;
@@ -22,6 +22,17 @@ const OWN_BEGINNING: &str = r#"{"v":1,"#;
 
 /// Longer messages are refused unread.
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
+
+/// The form that a message has as bytes; it travels beside them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Encoding {
+    /// Text that anything reads: `application/json`.
+    #[default]
+    Json,
+    /// Half as long, read in a fraction of the time: `application/cbor`.
+    Cbor,
+}
 
 /// A message that can be sent.
 pub trait Message: Serialize + DeserializeOwned + JsonSchema {
@@ -57,8 +68,8 @@ pub enum DecodeError {
     /// Not even text.
     #[error("not UTF-8 text; a message is one JSON object")]
     NotText,
-    /// Text, but not JSON.
-    #[error("malformed JSON: {0}")]
+    /// Text that is not JSON, or bytes that are not CBOR.
+    #[error("malformed {0}")]
     Malformed(String),
     /// An object without a version.
     #[error("no version; a message has the field `v`, presently {VERSION}")]
@@ -78,7 +89,7 @@ pub enum DecodeError {
 
 /// A message that cannot be written.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{what} cannot be written as JSON: {reason}")]
+#[error("{what} cannot be written: {reason}")]
 pub struct EncodeError {
     what: &'static str,
     reason: String,
@@ -105,7 +116,55 @@ pub fn encode<M: Message>(message: &M) -> Result<Vec<u8>, EncodeError> {
         .map_err(|error| EncodeError { what: M::WHAT, reason: error.to_string() })
 }
 
-/// Reads a message.
+/// Writes a message in a form.
+///
+/// # Errors
+/// A message that has none; none of this crate's is.
+pub fn encode_as<M: Message>(message: &M, encoding: Encoding) -> Result<Vec<u8>, EncodeError> {
+    match encoding {
+        Encoding::Json => encode(message),
+        Encoding::Cbor => {
+            let mut bytes = Vec::with_capacity(512);
+            ciborium::into_writer(&Versioned { v: VERSION, message }, &mut bytes)
+                .map_err(|error| EncodeError { what: M::WHAT, reason: error.to_string() })?;
+            Ok(bytes)
+        }
+    }
+}
+
+/// Reads a message in a form.
+///
+/// # Errors
+/// Whatever is not a message of this kind and version in this form, with what is wrong about it.
+pub fn decode_as<M: Message>(bytes: &[u8], encoding: Encoding) -> Result<M, DecodeError> {
+    match encoding {
+        Encoding::Json => decode(bytes),
+        Encoding::Cbor => decode_cbor(bytes),
+    }
+}
+
+fn decode_cbor<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
+    if bytes.len() > MAX_MESSAGE_BYTES {
+        return Err(DecodeError::TooLong { bytes: bytes.len() });
+    }
+    let mut rest = bytes;
+    let found: VersionOnly = ciborium::from_reader(&mut rest).map_err(|error| match error {
+        ciborium::de::Error::Semantic(_, reason) => wrong_cbor::<M>(&reason),
+        other => DecodeError::Malformed(format!("CBOR: {}", shortened(&other.to_string()))),
+    })?;
+    if !rest.is_empty() {
+        let reason = format!("CBOR: {} bytes after the message", rest.len());
+        return Err(DecodeError::Malformed(reason));
+    }
+    check_found(found)?;
+    ciborium::from_reader(bytes).map_err(|error| wrong_cbor::<M>(&error.to_string()))
+}
+
+fn wrong_cbor<M: Message>(reason: &str) -> DecodeError {
+    DecodeError::WrongMessage { what: M::WHAT, reason: shortened(reason) }
+}
+
+/// Reads a message of JSON.
 ///
 /// # Errors
 /// Whatever is not a message of this kind and version, with what is wrong about it.
@@ -140,12 +199,18 @@ fn check_version<M: Message>(text: &str) -> Result<(), DecodeError> {
     let found: VersionOnly = match serde_json::from_str(text) {
         Ok(found) => found,
         Err(error) if error.classify() == Category::Data => return Err(wrong::<M>(&error)),
-        Err(error) => return Err(DecodeError::Malformed(shortened(&error.to_string()))),
+        Err(error) => {
+            return Err(DecodeError::Malformed(format!("JSON: {}", shortened(&error.to_string()))));
+        }
     };
     if !text.trim_start().starts_with('{') {
         let reason = "an array; a message is a JSON object".to_owned();
         return Err(DecodeError::WrongMessage { what: M::WHAT, reason });
     }
+    check_found(found)
+}
+
+fn check_found(found: VersionOnly) -> Result<(), DecodeError> {
     match found.v {
         None => Err(DecodeError::NoVersion),
         Some(v) if v.as_u64() == Some(VERSION) => Ok(()),

@@ -87,7 +87,10 @@ pub use condition::{Condition, Obstacle};
 pub use configuration::ModuleConfiguration;
 pub use corrected::{Corrected, CorrectedReadings, ReadingSource, ReplacedReading};
 pub use divergence::{Channel, Divergences};
-pub use encoding::{DecodeError, EncodeError, MAX_MESSAGE_BYTES, Message, VERSION, decode, encode};
+pub use encoding::{
+    DecodeError, EncodeError, Encoding, MAX_MESSAGE_BYTES, Message, VERSION, decode, decode_as,
+    encode, encode_as,
+};
 pub use evidence::Evidence;
 pub use fault_state::FaultState;
 pub use freeze_frame::{FreezeFrame, FreezeFrameQuestion, FrozenSignals, Trace};
@@ -117,7 +120,7 @@ pub use question::QuestionError;
 pub use quotation::quotation;
 pub use recording::SampleQuestion;
 pub use refusal::Refused;
-pub use sample::Sample;
+pub use sample::{MAX_BLOCK_STEPS, Sample, StepValues};
 pub use schema::schema;
 pub use shelving::{Aside, SHELVING_SECONDS, Shelving, Span};
 pub use signal::Signal;

@@ -1,4 +1,4 @@
-//! What a module measures at one step. The data acquisition publishes this, simulated or real.
+//! What a module measures at one step, or at several. The data acquisition publishes this, simulated or real.
 
 use std::fmt;
 
@@ -7,9 +7,10 @@ use schemars::JsonSchema;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::encoding::Message;
+use crate::encoding::{DecodeError, Encoding, Message, decode_as};
 
-/// A module's measurements at one step, actuators and gages in the order of its description.
+/// A module's measurements at one step, actuators and gages in the order of its description; or at consecutive steps, then
+/// all of them in `block`.
 ///
 /// A value that is missing is `null`; `NaN`, `Infinity` and other words that programs write for what is not a finite number,
 /// bare or as text, and numbers too large for 64 bits (`1e999`) are read as `null`. The others are used; a component whose values are missing for 50 samples in
@@ -20,7 +21,7 @@ pub struct Sample {
     pub module: ModuleName,
     /// Tells one run of the data acquisition from the next.
     pub run: RunId,
-    /// The sampling instant, counted from 0 within the run.
+    /// The sampling instant, counted from 0 within the run; of a block, the first one.
     pub step: Step,
     /// When it was published, by the publisher's clock \[ns since 1970\].
     pub time_unix_ns: u64,
@@ -41,6 +42,93 @@ pub struct Sample {
     #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "values")]
     #[schemars(with = "Vec<Option<f64>>")]
     pub readings: Vec<f64>,
+    /// In place of the arrays above, the values at this and the following steps, one entry a step: at most 1000. Fewer messages
+    /// take less processor time, and the earlier steps of a block wait for its last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(max = MAX_BLOCK_STEPS))]
+    pub block: Vec<StepValues>,
+}
+
+/// Most steps of a block.
+pub const MAX_BLOCK_STEPS: usize = 1000;
+
+/// The values of one step of a block, each as in a sample of one step.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct StepValues {
+    /// Demanded force of each actuator \[N\].
+    #[serde(default, deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
+    pub demands_n: Vec<f64>,
+    /// Pressures of chambers A and B of each actuator \[Pa\].
+    #[serde(default, deserialize_with = "pairs")]
+    #[schemars(with = "Vec<[Option<f64>; 2]>")]
+    pub pressures_pa: Vec<[f64; 2]>,
+    /// Elongation of each gage's member \[m\].
+    #[serde(default, deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
+    pub elongations_m: Vec<f64>,
+    /// In place of the others, the reading of each channel of a learned module.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", deserialize_with = "values")]
+    #[schemars(with = "Vec<Option<f64>>")]
+    pub readings: Vec<f64>,
+}
+
+impl Sample {
+    /// The samples of one step each that bytes stand for.
+    ///
+    /// # Errors
+    /// They are no sample, or a block that cannot be.
+    pub fn read(
+        bytes: &[u8],
+        encoding: Encoding,
+    ) -> Result<impl Iterator<Item = Sample>, DecodeError> {
+        decode_as::<Self>(bytes, encoding)?.into_steps()
+    }
+
+    /// The samples of one step each that it stands for: itself, or those of its block.
+    ///
+    /// # Errors
+    /// A block beside values, too long, or with steps that no number counts.
+    pub fn into_steps(mut self) -> Result<impl Iterator<Item = Sample>, DecodeError> {
+        let mut block = std::mem::take(&mut self.block);
+        let own = StepValues {
+            demands_n: std::mem::take(&mut self.demands_n),
+            pressures_pa: std::mem::take(&mut self.pressures_pa),
+            elongations_m: std::mem::take(&mut self.elongations_m),
+            readings: std::mem::take(&mut self.readings),
+        };
+        let problem = if block.is_empty() {
+            block.push(own);
+            None
+        } else if own != StepValues::default() {
+            Some("a block beside values of its own; use one of them".to_owned())
+        } else if block.len() > MAX_BLOCK_STEPS {
+            Some(format!("a block of {} steps; use at most {MAX_BLOCK_STEPS}", block.len()))
+        } else if self.step.0.checked_add(block.len() as u64).is_none() {
+            Some(format!("a block from step {}; steps have at most 64 bits", self.step))
+        } else {
+            None
+        };
+        if let Some(reason) = problem {
+            return Err(DecodeError::WrongMessage { what: Self::WHAT, reason });
+        }
+        let Sample { module, run, step: first, time_unix_ns, .. } = self;
+        Ok((0..).zip(block).map(move |(place, values)| {
+            let StepValues { demands_n, pressures_pa, elongations_m, readings } = values;
+            let (module, step, block) = (module.clone(), first.plus(place), Vec::new());
+            Sample {
+                module,
+                run,
+                step,
+                time_unix_ns,
+                demands_n,
+                pressures_pa,
+                elongations_m,
+                readings,
+                block,
+            }
+        }))
+    }
 }
 
 impl Message for Sample {
@@ -121,7 +209,7 @@ impl Visitor<'_> for ValueVisitor {
     }
 
     fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
-        Ok(Value(value))
+        Ok(Value(if value.is_finite() { value } else { f64::NAN }))
     }
 
     fn visit_u64<E>(self, value: u64) -> Result<Value, E> {
@@ -157,7 +245,7 @@ fn pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D:
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{DecodeError, decode, encode};
+    use crate::{decode, encode, encode_as};
 
     fn sample() -> Sample {
         Sample {
@@ -169,7 +257,128 @@ mod tests {
             pressures_pa: vec![[7e6, 9.86e6], [1.0, 2.0]],
             elongations_m: vec![1.0 / 3.0],
             readings: Vec::new(),
+            block: Vec::new(),
         }
+    }
+
+    /// The samples of five steps, one value of them missing; and the same as a block.
+    fn five() -> (Vec<Sample>, Sample) {
+        let of_step = |k: u64| {
+            let mut one = Sample { step: Step(40 + k), ..sample() };
+            one.elongations_m = vec![k as f64 / 7.0, if k == 3 { f64::NAN } else { -0.0 }];
+            one
+        };
+        let singles: Vec<Sample> = (0..5).map(of_step).collect();
+        let values = singles.iter().map(|one| StepValues {
+            demands_n: one.demands_n.clone(),
+            pressures_pa: one.pressures_pa.clone(),
+            elongations_m: one.elongations_m.clone(),
+            readings: Vec::new(),
+        });
+        let (demands_n, pressures_pa, elongations_m) = Default::default();
+        let block = Sample {
+            step: Step(40),
+            demands_n,
+            pressures_pa,
+            elongations_m,
+            block: values.collect(),
+            ..sample()
+        };
+        (singles, block)
+    }
+
+    #[test]
+    fn a_block_stands_for_its_steps_in_either_encoding() {
+        let (singles, block) = five();
+        let text = |samples: &mut dyn Iterator<Item = Sample>| -> Vec<String> {
+            samples.map(|one| String::from_utf8(encode(&one).unwrap()).unwrap()).collect()
+        };
+        for encoding in [Encoding::Json, Encoding::Cbor] {
+            let bytes = encode_as(&block, encoding).unwrap();
+            let back: Sample = decode_as(&bytes, encoding).unwrap();
+            assert_eq!(text(&mut back.into_steps().unwrap()), text(&mut singles.iter().cloned()));
+            for one in &singles {
+                let back: Sample = decode_as(&encode_as(one, encoding).unwrap(), encoding).unwrap();
+                assert_eq!(
+                    text(&mut back.into_steps().unwrap()),
+                    text(&mut [one.clone()].into_iter())
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_block_that_cannot_be_is_refused_with_what_would_be_right() {
+        let (_, block) = five();
+        let beside = Sample { demands_n: vec![1.0], ..block.clone() };
+        let long =
+            Sample { block: vec![StepValues::default(); MAX_BLOCK_STEPS + 1], ..block.clone() };
+        let endless = Sample { step: Step(u64::MAX - 2), ..block };
+        for (sample, said) in
+            [(beside, "use one of them"), (long, "at most 1000"), (endless, "64 bits")]
+        {
+            let Err(error) = sample.into_steps() else { panic!("{said}") };
+            assert!(
+                matches!(error, DecodeError::WrongMessage { .. })
+                    && error.to_string().contains(said),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn cbor_that_is_no_sample_is_refused_by_its_kind() {
+        let good = encode_as(&sample(), Encoding::Cbor).unwrap();
+        let read = |bytes: &[u8]| decode_as::<Sample>(bytes, Encoding::Cbor).unwrap_err();
+        for length in 0..good.len() {
+            assert!(matches!(read(&good[..length]), DecodeError::Malformed(_)), "{length}");
+        }
+        let longer: Vec<u8> = good.iter().copied().chain([0]).collect();
+        assert!(matches!(read(&longer), DecodeError::Malformed(_)));
+        assert!(matches!(
+            read(b"{\"v\":1}"),
+            DecodeError::Malformed(_) | DecodeError::WrongMessage { .. }
+        ));
+        let map = |pairs: &serde_json::Value| {
+            let mut bytes = Vec::new();
+            ciborium::into_writer(pairs, &mut bytes).unwrap();
+            bytes
+        };
+        let with = |key: &str, value: serde_json::Value| {
+            let mut fields = serde_json::to_value(sample()).unwrap();
+            fields["v"] = 1.into();
+            fields[key] = value;
+            map(&fields)
+        };
+        assert_eq!(read(&map(&serde_json::json!({"step": 1}))), DecodeError::NoVersion);
+        assert_eq!(read(&with("v", 2.into())), DecodeError::UnknownVersion("2".to_owned()));
+        for (key, value) in [
+            ("step", (-1).into()),
+            ("module", "../m".into()),
+            ("pressures_pa", vec![vec![1.0]].into()),
+        ] {
+            let error = read(&with(key, value));
+            assert!(matches!(error, DecodeError::WrongMessage { .. }), "{key}: {error}");
+        }
+        // An array that claims to be longer than memory, and arrays within arrays.
+        for bytes in
+            [vec![0x9b, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff], vec![0x81; 100_000]]
+        {
+            let error = read(&bytes);
+            assert!(error.to_string().len() < 300, "{error}");
+        }
+        let too_long = vec![0; crate::MAX_MESSAGE_BYTES + 1];
+        assert!(matches!(read(&too_long), DecodeError::TooLong { .. }));
+    }
+
+    #[test]
+    fn what_is_not_finite_in_cbor_is_missing() {
+        let mut odd = sample();
+        odd.elongations_m = vec![f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::MAX];
+        let back: Sample =
+            decode_as(&encode_as(&odd, Encoding::Cbor).unwrap(), Encoding::Cbor).unwrap();
+        assert!(back.elongations_m[..3].iter().all(|value| value.is_nan()));
+        assert_eq!(back.elongations_m[3], f64::MAX);
     }
 
     #[test]

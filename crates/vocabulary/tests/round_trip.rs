@@ -87,6 +87,7 @@ proptest! {
             pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
             elongations_m: values,
             readings: Vec::new(),
+            block: Vec::new(),
         };
         let again = back(&sample);
         let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -193,6 +194,7 @@ fn spoilt() -> impl Strategy<Value = Vec<u8>> {
             pressures_pa: values.iter().map(|&x| [x, -x]).collect(),
             elongations_m: values,
             readings: Vec::new(),
+            block: Vec::new(),
         };
         let mut bytes = encode(&sample).unwrap();
         spoilings.iter().for_each(|spoiling| spoiling.spoil(&mut bytes));

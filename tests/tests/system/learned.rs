@@ -124,6 +124,7 @@ async fn a_learned_module_latches_what_it_is_sent_and_replays_as_it_was() {
             pressures_pa: vec![],
             elongations_m: vec![],
             readings,
+            block: Vec::new(),
         };
         publisher.put(vocabulary::encode(&message).unwrap()).await.unwrap();
     }

@@ -240,5 +240,6 @@ fn sample(map: &ImportMap, (step, time_unix_ns): (Step, u64), values: &[f64]) ->
         pressures_pa: pairs.to_vec(),
         elongations_m: elongations.to_vec(),
         readings: readings.to_vec(),
+        block: Vec::new(),
     }
 }

@@ -127,6 +127,7 @@ fn samples(record: &ModuleRecord, run: RunId) -> impl Iterator<Item = vocabulary
             elongations_m,
             // Those of a learned module are taken as elongations too.
             readings: Vec::new(),
+            block: Vec::new(),
         }
     })
 }

@@ -11,7 +11,7 @@ use session::{Network, NetworkFlags};
 use settings::{ConfigErrors, SettingsFile};
 use shell::health::{HealthFlags, HealthSettings};
 use truss::Structure;
-use vocabulary::{ModuleName, RunId};
+use vocabulary::{Encoding, ModuleName, RunId};
 
 use super::diagnoser::load_structure;
 use super::schedule::{Schedule, load_schedule};
@@ -28,6 +28,10 @@ struct PlantFile {
     speed: Speed,
     #[serde(default = "usual_burst")]
     burst_steps: u64,
+    #[serde(default)]
+    blocks: bool,
+    #[serde(default)]
+    encoding: Encoding,
     #[serde(default)]
     steps: Option<u64>,
     #[serde(default)]
@@ -101,6 +105,10 @@ pub struct PlantConfig {
     pub speed: Speed,
     /// At a fixed speed, samples are published in bursts of this many steps.
     pub burst_steps: u64,
+    /// Those of a burst are one message.
+    pub blocks: bool,
+    /// The form of samples.
+    pub encoding: Encoding,
     /// End after this many steps.
     pub steps: Option<u64>,
     /// Number of the run; otherwise the time.
@@ -203,6 +211,8 @@ pub fn load_plant(file: &Path, flags: &PlantFlags) -> Result<PlantConfig, Config
         seed: flags.seed.unwrap_or(written.seed),
         speed: flags.speed.unwrap_or(written.speed),
         burst_steps: written.burst_steps,
+        blocks: written.blocks,
+        encoding: written.encoding,
         steps: flags.steps.or(written.steps),
         run: flags.run_id,
         wait_for,

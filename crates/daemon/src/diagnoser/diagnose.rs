@@ -30,6 +30,9 @@ use crate::counters::SharedCounters;
 use crate::metrics::{AsideReport, ComponentReport, KindReport, ModuleReport};
 use crate::status_line;
 
+/// Samples that are taken at once: a long queue holds up nothing else.
+const AT_ONCE: usize = 31;
+
 /// What the loop takes from.
 #[derive(Debug)]
 pub(crate) struct Queues {
@@ -143,6 +146,9 @@ impl DiagnosisLoop {
                 }
                 Some(arrival) = queues.samples.recv(), if pause.is_none() => {
                     self.module.sample(arrival);
+                    // The other steps of a block are there already.
+                    let others = std::iter::from_fn(|| queues.samples.try_recv().ok());
+                    others.take(AT_ONCE).for_each(|arrival| self.module.sample(arrival));
                 }
                 () = sleep_until(pause.unwrap_or_else(Instant::now)), if pause.is_some() => {
                     self.module.end_pause();

@@ -101,6 +101,8 @@ async fn serve(
         speed: config.speed,
         step_s: config.parameters.step_s,
         burst_steps: config.burst_steps,
+        blocks: config.blocks,
+        encoding: config.encoding,
         lock_step: config.lock_step,
     };
     let declared =

@@ -6,40 +6,44 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use parking_lot::{Mutex, MutexGuard};
-use vocabulary::{Key, ModuleName, RunId, SampleQuestion, Step, StructureName, Topic};
-use zenoh::bytes::{Encoding, ZBytes};
+use vocabulary::{Encoding, Key, ModuleName, RunId, SampleQuestion, Step, StructureName, Topic};
+use zenoh::bytes::ZBytes;
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use crate::messages::{TOO_MANY_QUESTIONS, refuse};
+use crate::messages::{self, TOO_MANY_QUESTIONS, refuse};
 
-/// Samples kept: eight seconds at 1 kHz.
-const KEPT: usize = 8192;
+/// Steps kept: eight seconds at 1 kHz.
+const KEPT: u64 = 8192;
 /// Questions that may wait.
 const MAX_WAITING: usize = 8;
+
+/// A message with its first and last step.
+type KeptMessage = ((Step, Step), ZBytes);
 
 /// The latest samples of a module as they were published, oldest first.
 #[derive(Debug, Clone)]
 pub(crate) struct RecentSamples {
     run: RunId,
-    samples: Arc<Mutex<VecDeque<(Step, ZBytes)>>>,
+    encoding: Encoding,
+    messages: Arc<Mutex<VecDeque<KeptMessage>>>,
     /// When a question was last received or answered.
     asked_at: Arc<Mutex<Option<Instant>>>,
 }
 
 impl RecentSamples {
-    pub(crate) fn new(run: RunId) -> Self {
-        let samples = Arc::new(Mutex::new(VecDeque::with_capacity(KEPT)));
-        Self { run, samples, asked_at: Arc::default() }
+    pub(crate) fn new(run: RunId, encoding: Encoding) -> Self {
+        Self { run, encoding, messages: Arc::default(), asked_at: Arc::default() }
     }
 
-    /// Keeps a sample in place of the oldest.
-    pub(crate) fn keep(&self, step: Step, sample: ZBytes) {
-        let mut samples = self.samples();
-        if samples.len() == KEPT {
-            samples.pop_front();
+    /// Keeps a message of samples, from a step to a step, in place of those that are too old.
+    pub(crate) fn keep(&self, (from, to): (Step, Step), message: ZBytes) {
+        let mut messages = self.messages();
+        let oldest = to.minus(KEPT - 1);
+        while messages.front().is_some_and(|((first, _), _)| *first < oldest) {
+            messages.pop_front();
         }
-        samples.push_back((step, sample));
+        messages.push_back(((from, to), message));
     }
 
     /// Was a question received or answered so recently?
@@ -52,13 +56,13 @@ impl RecentSamples {
         *self.asked_at.lock() = Some(Instant::now());
     }
 
-    /// The samples asked for that are still kept, oldest first.
+    /// The messages with samples asked for that are still kept, oldest first.
     fn asked(&self, question: SampleQuestion) -> Vec<ZBytes> {
-        let samples = self.samples();
-        let start = samples.partition_point(|(step, _)| *step < question.from);
-        let end = samples.partition_point(|(step, _)| *step <= question.to);
+        let messages = self.messages();
+        let start = messages.partition_point(|((_, last), _)| *last < question.from);
+        let end = messages.partition_point(|((first, _), _)| *first <= question.to);
         let range = if question.run == self.run { start..end.max(start) } else { 0..0 };
-        samples.range(range).map(|(_, sample)| sample.clone()).collect()
+        messages.range(range).map(|(_, message)| message.clone()).collect()
     }
 
     /// Answers queries on the module's sample key, on a thread of its own.
@@ -97,10 +101,10 @@ impl RecentSamples {
     fn answer(&self, query: &Query) {
         match SampleQuestion::from_parameters(query.parameters().as_str()) {
             Ok(question) => {
-                for sample in self.asked(question) {
+                for message in self.asked(question) {
                     let reply = query
-                        .reply(query.key_expr().clone(), sample)
-                        .encoding(Encoding::APPLICATION_JSON);
+                        .reply(query.key_expr().clone(), message)
+                        .encoding(messages::encoding(self.encoding));
                     if let Err(error) = reply.wait() {
                         tracing::debug!("cannot answer with a past sample: {error}");
                         return;
@@ -111,8 +115,8 @@ impl RecentSamples {
         }
     }
 
-    fn samples(&self) -> MutexGuard<'_, VecDeque<(Step, ZBytes)>> {
-        self.samples.lock()
+    fn messages(&self) -> MutexGuard<'_, VecDeque<KeptMessage>> {
+        self.messages.lock()
     }
 }
 
@@ -122,18 +126,27 @@ mod tests {
 
     #[test]
     fn what_is_asked_for_and_still_kept_is_given_again_oldest_first() {
-        let recent = RecentSamples::new(RunId(1));
+        let recent = RecentSamples::new(RunId(1), Encoding::Json);
+        let blocks = RecentSamples::new(RunId(1), Encoding::Cbor);
         for step in 0..10_000_u64 {
-            recent.keep(Step(step), ZBytes::from(step.to_string()));
+            recent.keep((Step(step), Step(step)), ZBytes::from(step.to_string()));
+            if step % 10 == 9 {
+                blocks.keep((Step(step - 9), Step(step)), ZBytes::from(step.to_string()));
+            }
         }
-        let asked = |run, from, to| {
+        let asked_of = |recent: &RecentSamples, run, from, to| {
             let question = SampleQuestion { run: RunId(run), from: Step(from), to: Step(to) };
             let texts = recent.asked(question).into_iter();
             texts.map(|b| b.try_to_string().unwrap().parse().unwrap()).collect::<Vec<u64>>()
         };
+        let asked = |run, from, to| asked_of(&recent, run, from, to);
         assert_eq!(asked(1, 9990, 20_000), (9990..10_000).collect::<Vec<_>>());
         assert_eq!(asked(1, 0, 1810), (1808..=1810).collect::<Vec<_>>());
         assert_eq!(asked(1, 0, 5), [0; 0]);
         assert_eq!(asked(2, 9990, 20_000), [0; 0]);
+        // Whole blocks that overlap with what is asked for; all of their steps are among the latest.
+        assert_eq!(asked_of(&blocks, 1, 9985, 9990), [9989, 9999]);
+        assert_eq!(asked_of(&blocks, 1, 0, 1815), [1819]);
+        assert_eq!(asked_of(&blocks, 1, 0, 1809), [0; 0]);
     }
 }

@@ -9,7 +9,7 @@ use shell::supervision::Supervisor;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use vocabulary::Occurrences;
-use vocabulary::{Key, ModuleName, PlantPhase, PlantTopic, RunId, Step, StructureName};
+use vocabulary::{Encoding, Key, ModuleName, PlantPhase, PlantTopic, RunId, Step, StructureName};
 use zenoh::Session;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
@@ -17,8 +17,7 @@ use zenoh::query::Queryable;
 
 use super::diagnosers::Diagnosers;
 use super::pacing::Pacing;
-use super::recent_samples::RecentSamples;
-use super::sample_publisher::SamplePublisher;
+use super::sample_publisher::{SampleForm, SamplePublisher};
 use super::status::{self, SharedStatus};
 use crate::config::{LockStep, Speed};
 
@@ -46,6 +45,10 @@ pub(crate) struct SourceSettings {
     pub(crate) step_s: f64,
     /// By the clock, how many steps are published together.
     pub(crate) burst_steps: u64,
+    /// Those of a burst are one message.
+    pub(crate) blocks: bool,
+    /// The form of messages.
+    pub(crate) encoding: Encoding,
     /// How diagnosers are waited for.
     pub(crate) lock_step: LockStep,
 }
@@ -76,6 +79,15 @@ pub(crate) struct SourceDeclarations {
     pub(crate) reporting: JoinHandle<()>,
 }
 
+impl SourceSettings {
+    fn form(&self, is_lock_step: bool) -> SampleForm {
+        // In lock-step no step may wait in a block that diagnosers are waited for before it is full.
+        let most = if is_lock_step { self.lock_step.window_steps } else { u64::MAX };
+        let block_steps = if self.blocks { self.burst_steps.min(most) } else { 1 };
+        SampleForm { encoding: self.encoding, block_steps, is_lock_step }
+    }
+}
+
 impl PacedSource {
     pub(crate) async fn declare(
         session: &Session,
@@ -89,13 +101,12 @@ impl PacedSource {
         let presence = diagnosers.watch_tokens(session, structure).await?;
         let pacing = Pacing::new(&settings, Arc::clone(&diagnosers));
         let (mut publishers, mut queryables) = (Vec::new(), Vec::new());
+        let form = settings.form(pacing.is_lock_step());
         for module in modules {
-            let recent = RecentSamples::new(*run);
-            queryables.push(recent.declare(session, structure, module).await?);
-            let is_lock_step = pacing.is_lock_step();
-            let publisher =
-                SamplePublisher::declare(session, structure, module, *run, is_lock_step, recent);
-            publishers.push(publisher.await?);
+            let publisher = SamplePublisher::declare(session, structure, module, *run, form);
+            let publisher = publisher.await?;
+            queryables.push(publisher.recent().declare(session, structure, module).await?);
+            publishers.push(publisher);
         }
         let publisher = status::declare(session, structure).await?;
         let reporting = status::report(publisher, Arc::clone(&status), Arc::clone(&supervisor));
@@ -158,7 +169,7 @@ impl PacedSource {
         });
     }
 
-    /// Publishes a module's sample. Could it be sent?
+    /// Publishes a module's sample, or keeps it for its block. Could be sent what was to be?
     pub(crate) fn publish(
         &mut self,
         module: usize,
@@ -168,15 +179,24 @@ impl PacedSource {
         elongations_m: &[f64],
     ) -> bool {
         let Some(publisher) = self.publishers.get_mut(module) else { return false };
-        let Err(error) = publisher.publish(step, demands_n, pressures_pa, elongations_m) else {
-            self.diagnosers.note_published(publisher.module(), step);
-            return true;
-        };
-        self.unsent += 1;
-        if let Some(times) = self.unsent_logged.note(Instant::now()) {
-            tracing::warn!(module = %publisher.module(), times, "sample not sent: {error}");
+        let sent = publisher.publish(step, demands_n, pressures_pa, elongations_m);
+        self.note_sent(module, sent)
+    }
+
+    fn note_sent(&mut self, module: usize, sent: Result<Option<Step>, String>) -> bool {
+        let Some(publisher) = self.publishers.get(module) else { return false };
+        match sent {
+            Ok(Some(last)) => self.diagnosers.note_published(publisher.module(), last),
+            Ok(None) => {}
+            Err(error) => {
+                self.unsent += 1;
+                if let Some(times) = self.unsent_logged.note(Instant::now()) {
+                    tracing::warn!(module = %publisher.module(), times, "sample not sent: {error}");
+                }
+                return false;
+            }
         }
-        false
+        true
     }
 
     /// All samples of the steps before this one were published.
@@ -193,6 +213,10 @@ impl PacedSource {
 
     /// Waits until the diagnosers have taken all steps before this one, if there is any, and answers last questions.
     pub(crate) fn finish(&mut self, next_step: Option<Step>) {
+        for module in 0..self.publishers.len() {
+            let sent = self.publishers[module].flush();
+            self.note_sent(module, sent);
+        }
         self.status.phase(PlantPhase::Done);
         self.watch_progress();
         if let Some(next_step) = next_step {

@@ -9,7 +9,7 @@ use shell::exit::Failure;
 use shell::opening::open_unless;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
-use vocabulary::{ModuleName, RunId};
+use vocabulary::{Encoding, ModuleName, RunId};
 use zenoh::Session;
 
 pub use programme::Programme;
@@ -68,6 +68,8 @@ async fn serve(
         speed,
         step_s: programme.step_s,
         burst_steps: BURST_STEPS,
+        blocks: false,
+        encoding: Encoding::default(),
         lock_step: LockStep::default(),
     };
     let declared = PacedSource::declare(session, settings, status, supervisor, shutdown);

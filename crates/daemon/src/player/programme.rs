@@ -74,6 +74,7 @@ mod tests {
             pressures_pa: Vec::new(),
             elongations_m: vec![value],
             readings: Vec::new(),
+            block: Vec::new(),
         }
     }
 

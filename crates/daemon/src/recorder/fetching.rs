@@ -279,8 +279,10 @@ impl Fetcher {
             if let Ok(sample) = reply.result()
                 && count.fetch_add(1, Ordering::Relaxed) < REPLIES
             {
-                // Fails only when the receiver is gone.
-                let _ = found.send(ReceivedMessage::of(sample));
+                for message in ReceivedMessage::all_of(sample) {
+                    // Fails only when the receiver is gone.
+                    let _ = found.send(message);
+                }
             }
         });
         if let Err(error) = asked.await {

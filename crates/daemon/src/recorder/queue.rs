@@ -5,12 +5,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use memchr::memmem;
 use parking_lot::Mutex;
 use shell::clock;
 use tokio::sync::mpsc;
+use vocabulary::Encoding;
 use zenoh::sample::{Sample, SampleKind};
 
-use super::missing::MissingRange;
+use super::missing::{Counting, MissingRange};
+use crate::messages;
 
 /// Most bytes of messages that may wait to be written.
 const BYTES: usize = 64 << 20;
@@ -61,11 +64,25 @@ pub(super) struct QueuedEvents {
 }
 
 impl ReceivedMessage {
-    pub(super) fn of(sample: &Sample) -> Self {
-        let topic = sample.key_expr().as_str().to_owned();
-        let payload = sample.payload().to_bytes().into_owned();
-        Self { topic, payload, at_unix_ns: clock::unix_ns() }
+    /// What came; of a block of samples, each step as if it had been published by itself, as JSON. A file then has samples in one
+    /// form, each at its step.
+    pub(super) fn all_of(sample: &Sample) -> Vec<Self> {
+        let topic = sample.key_expr().as_str();
+        let (payload, at_unix_ns) = (sample.payload().to_bytes(), clock::unix_ns());
+        let message = |payload| Self { topic: topic.to_owned(), payload, at_unix_ns };
+        let encoding = messages::encoding_of(sample.encoding());
+        let is_plain = Counting::of(topic) != Some(Counting::Steps)
+            || encoding == Encoding::Json && memmem::find(&payload, b"\"block\"").is_none();
+        let steps = if is_plain { None } else { steps(&payload, encoding) };
+        // What is no sample is recorded as it is.
+        let steps = steps.unwrap_or_else(|| vec![payload.into_owned()]);
+        steps.into_iter().map(message).collect()
     }
+}
+
+fn steps(payload: &[u8], encoding: Encoding) -> Option<Vec<Vec<u8>>> {
+    let steps = vocabulary::Sample::read(payload, encoding).ok()?;
+    steps.map(|step| vocabulary::encode(&step).ok()).collect()
 }
 
 impl RecorderEvent {
@@ -96,18 +113,19 @@ impl EventQueue {
         if sample.kind() != SampleKind::Put {
             return;
         }
-        let bytes = sample.payload().len();
+        ReceivedMessage::all_of(sample).into_iter().for_each(|message| self.take_message(message));
+    }
+
+    fn take_message(&self, message: ReceivedMessage) {
+        let bytes = message.payload.len();
         let has_room = self.waiting.load(Ordering::Relaxed).saturating_add(bytes) <= BYTES;
         let queued = has_room.then(|| self.queue.try_reserve().ok()).flatten();
         match queued {
             Some(place) => {
                 self.waiting.fetch_add(bytes, Ordering::Relaxed);
-                place.send(RecorderEvent::Published(ReceivedMessage::of(sample)));
+                place.send(RecorderEvent::Published(message));
             }
-            None => {
-                let topic = sample.key_expr().as_str().to_owned();
-                *self.dropped.lock().entry(topic).or_default() += 1;
-            }
+            None => *self.dropped.lock().entry(message.topic).or_default() += 1,
         }
     }
 

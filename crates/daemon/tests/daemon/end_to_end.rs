@@ -6,13 +6,13 @@
 use std::collections::BTreeMap;
 
 use crate::support::{
-    LIMIT, Process, Reference, Rig, Story, in_time, note, status, story_of_reference,
+    LIMIT, Process, Reference, Rig, Story, first, in_time, note, status, story_of_reference,
 };
 use daemon::config::{PlantFlags, ScheduledFault, Speed};
 use daemon::player::{Playback, Programme};
 use observer::News;
 use session::client::Live;
-use vocabulary::{FaultTransition, RunId, Step, fault::Fault, keys::Watched};
+use vocabulary::{Encoding, FaultTransition, RunId, Sample, Step, fault::Fault, keys::Watched};
 use zenoh::Session;
 use zenoh::query::ConsolidationMode;
 
@@ -191,6 +191,37 @@ async fn by_the_clock_the_verdicts_are_those_of_one_process() {
     let mut faults = listen(&observer, &rig).await;
     rig.start_plant().end().await;
     until_as_expected(&mut faults, &expected).await;
+    stop(diagnosers, observer).await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn in_blocks_of_cbor_some_of_them_fetched_the_verdicts_are_those_of_one_process() {
+    let components = ["lower/sensor/g1", "upper/actuator/a1"];
+    let flags = PlantFlags { no_wait: true, ..at_speed(Speed::Factor(1.0), 8400) };
+    let mut rig = rig("small/plant.toml", &SMALL, components, flags);
+    let expected = expected(&rig, 8400);
+    (rig.plant.burst_steps, rig.plant.blocks, rig.plant.encoding) = (7, true, Encoding::Cbor);
+    let plant = rig.start_plant();
+    let observer = rig.observer().await;
+    let running = |sample: &zenoh::sample::Sample| {
+        let (bytes, named) = (sample.payload().to_bytes(), sample.encoding().to_string());
+        let samples: Vec<Sample> = Sample::read(&bytes, Encoding::Cbor).unwrap().collect();
+        (samples[0].step.0 > 100).then_some((samples.len(), bytes.len(), named))
+    };
+    let key = "trusswatch/small/upper/sample";
+    let (steps, bytes, named) = first(&observer, key, "a block", running).await;
+    assert_eq!((steps, named.as_str()), (7, "application/cbor"));
+    assert!(bytes < 7 * 250, "{bytes} bytes");
+    // They ask for the steps before.
+    let diagnosers = vec![rig.start_diagnoser(0), rig.start_diagnoser(1)];
+    let mut faults = listen(&observer, &rig).await;
+    plant.end().await;
+    until_as_expected(&mut faults, &expected).await;
+    for module in rig.modules() {
+        let status = status(&observer, |status| status.module == module).await;
+        assert_eq!((status.diagnosis.samples, status.diagnosis.samples_missing), (8400, 0));
+        assert!(status.intake.recovered >= 100, "{:?}", status.intake);
+    }
     stop(diagnosers, observer).await;
 }
 

@@ -7,8 +7,9 @@ use daemon::config::{PlantFlags, Speed};
 use observer::QueryError;
 use vocabulary::{
     ComponentPath, Injection, PlantPhase, PlantStatus, Refused, RunId, Sample, SampleQuestion,
-    StateAnswer, StateQuestion, Step, fault::Fault,
+    StateAnswer, StateQuestion, Step, StepValues, fault::Fault,
 };
+use zenoh::bytes::Encoding;
 use zenoh::pubsub::Publisher;
 use zenoh::query::{ConsolidationMode, Query, Queryable};
 use zenoh::sample::SourceInfo;
@@ -49,6 +50,7 @@ fn sample(step: u64) -> Sample {
         pressures_pa: vec![[7e6, 9.86e6]; 2],
         elongations_m: vec![0.0; 3],
         readings: Vec::new(),
+        block: Vec::new(),
     }
 }
 
@@ -102,18 +104,35 @@ async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still
     // a step that was seen, and one that goes backwards
     put_sample(&observer, &sample(1)).await;
     put_sample(&observer, &sample(0)).await;
-    // a gap of three
-    put_sample(&observer, &sample(5)).await;
+    // CBOR that is none, none that is called that, and a block beside values
+    let cbor = Encoding::APPLICATION_CBOR;
+    let key = "trusswatch/small/lower/sample";
+    let good = vocabulary::encode_as(&sample(2), vocabulary::Encoding::Cbor).unwrap();
+    observer.put(key, &good[..good.len() / 2]).encoding(cbor.clone()).await.unwrap();
+    put(&observer, good).await;
+    put_sample(&observer, &Sample { block: vec![StepValues::default()], ..sample(2) }).await;
+    // a gap of three, in a block
+    let values = StepValues {
+        demands_n: vec![0.0; 2],
+        pressures_pa: vec![[7e6, 9.86e6]; 2],
+        elongations_m: vec![0.0; 3],
+        readings: Vec::new(),
+    };
+    let (demands_n, pressures_pa, elongations_m) = Default::default();
+    let block = vec![values; 2];
+    let block = Sample { demands_n, pressures_pa, elongations_m, block, ..sample(5) };
+    let block = vocabulary::encode_as(&block, vocabulary::Encoding::Cbor).unwrap();
+    observer.put(key, block).encoding(cbor).await.unwrap();
 
-    let status = status(&observer, |status| status.step == Some(Step(5))).await;
+    let status = status(&observer, |status| status.step == Some(Step(6))).await;
     let (intake, diagnosis) = (status.intake, status.diagnosis);
-    assert_eq!((intake.received, intake.dropped), (13, 0));
-    assert_eq!((intake.malformed, intake.unknown_version), (3, 1));
-    assert_eq!((intake.wrong_message, intake.other_module), (1, 1));
+    assert_eq!((intake.received, intake.dropped), (17, 0));
+    assert_eq!((intake.malformed, intake.unknown_version), (5, 1));
+    assert_eq!((intake.wrong_message, intake.other_module), (2, 1));
     assert_eq!(diagnosis.samples_wrong_length, 2);
     assert_eq!((diagnosis.samples_repeated, diagnosis.samples_late), (1, 1));
     assert_eq!(diagnosis.samples_missing, 3);
-    assert_eq!(diagnosis.samples, 3);
+    assert_eq!(diagnosis.samples, 4);
     diagnoser.stop().await;
     session::close(&observer).await;
 }

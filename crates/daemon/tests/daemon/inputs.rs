@@ -34,6 +34,7 @@ fn sample(config: &DiagnoserConfig, step: u64) -> vocabulary::Sample {
         pressures_pa: vec![[70e5, 98.6e5]; actuators],
         elongations_m: vec![0.0; gages],
         readings: Vec::new(),
+        block: Vec::new(),
     }
 }
 

@@ -7,7 +7,7 @@ use daemon::recorder::{self, RecordedKeys, RecorderConfig, RecorderReport};
 use recording::{FileLimits, Recorded, Recording};
 use session::Network;
 use shell::shutdown;
-use vocabulary::{InputQuestion, SampleQuestion};
+use vocabulary::{Encoding, InputQuestion, Sample, SampleQuestion, StepValues};
 use zenoh::Session;
 
 const SAMPLE: &str = "trusswatch/tower/m/sample";
@@ -193,4 +193,58 @@ async fn what_is_still_missing_when_the_recorder_ends_is_counted_as_lost() {
     let report = rig.end().await;
     drop(held);
     assert_eq!(report.losses, [(SAMPLE.to_owned(), 4)].into());
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn blocks_published_and_fetched_are_recorded_step_by_step_as_if_each_had_been_published() {
+    let block = |from: u64, encoding| {
+        let values = (from..from + 5).map(|step| StepValues {
+            elongations_m: vec![step as f64, f64::NAN],
+            ..StepValues::default()
+        });
+        let empty =
+            format!(r#"{{"v":1,"module":"m","run":7,"step":{from},"time_unix_ns":{from}}}"#);
+        let mut block: Sample = vocabulary::decode(empty.as_bytes()).unwrap();
+        block.block = values.collect();
+        vocabulary::encode_as(&block, encoding).unwrap()
+    };
+    let mut rig = Rig::start(async |session| {
+        let kept = session.declare_queryable(SAMPLE).callback(move |query| {
+            let question = SampleQuestion::from_parameters(query.parameters().as_str()).unwrap();
+            // Whole blocks, with steps that were not asked for.
+            for from in (0..20)
+                .step_by(5)
+                .filter(|from| *from <= question.to.0 && from + 4 >= question.from.0)
+            {
+                let reply = query.reply(SAMPLE, block(from, Encoding::Cbor));
+                zenoh::Wait::wait(reply.encoding(zenoh::bytes::Encoding::APPLICATION_CBOR))
+                    .unwrap();
+            }
+        });
+        kept.background().await.unwrap();
+    })
+    .await;
+    rig.is_heard().await;
+    let samples = rig.session.declare_publisher(SAMPLE).await.unwrap();
+    let cbor = zenoh::bytes::Encoding::APPLICATION_CBOR;
+    samples.put(block(0, Encoding::Json)).await.unwrap();
+    samples.put(block(15, Encoding::Cbor)).encoding(cbor.clone()).await.unwrap();
+    rig.until("twenty samples", has(SAMPLE, 20)).await;
+    // No sample: recorded as it came, for whoever looks for the reason.
+    samples.put("\u{1}block").encoding(cbor).await.unwrap();
+    rig.until("what is no sample", has(SAMPLE, 21)).await;
+    rig.trigger.pull();
+    let report = in_time("the end", rig.recorder).await.unwrap().unwrap();
+    assert_eq!(report.lost(), 0, "{report:?}");
+    let mut recorded: Vec<Recorded> =
+        messages(&report.files).into_iter().filter(|one| one.topic == SAMPLE).collect();
+    recorded.retain(|one| !one.payload.ends_with(b"block"));
+    recorded.sort_by_key(|one| one.sequence);
+    assert_eq!(recorded.len(), 20);
+    for (step, one) in (0..).zip(&recorded) {
+        let sample: Sample = vocabulary::decode(&one.payload).unwrap();
+        assert_eq!((sample.step.0, sample.block.len()), (step, 0));
+        assert_eq!(sample.elongations_m[0], step as f64);
+        assert!(sample.elongations_m[1].is_nan());
+    }
 }

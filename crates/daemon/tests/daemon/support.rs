@@ -264,6 +264,7 @@ fn published(module: ModuleName, sample: &Measurements) -> vocabulary::Sample {
         pressures_pa,
         elongations_m,
         readings: Vec::new(),
+        block: Vec::new(),
     }
 }
 

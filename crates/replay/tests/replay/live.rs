@@ -200,6 +200,7 @@ impl Live {
             pressures_pa,
             elongations_m,
             readings: Vec::new(),
+            block: Vec::new(),
         };
         self.publish(place, Topic::Sample, &message, step.0);
     }

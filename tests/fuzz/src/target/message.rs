@@ -1,6 +1,6 @@
 //! Messages from the network.
 
-use vocabulary::{Message, decode, encode};
+use vocabulary::{Encoding, Message, Sample, decode, decode_as, encode, encode_as};
 
 use crate::refusal::is_bearable;
 
@@ -15,6 +15,26 @@ pub(super) fn check<M: Message>(bytes: &[u8]) {
                 panic!("{error}: {}", String::from_utf8_lossy(&written));
             });
             assert_eq!(text(&encode(&back).unwrap()), text(&written));
+        }
+        Err(error) => is_bearable(&error.to_string()),
+    }
+}
+
+/// The same of a sample in CBOR, and of the steps of its block.
+pub(super) fn check_cbor(bytes: &[u8]) {
+    match decode_as::<Sample>(bytes, Encoding::Cbor) {
+        Ok(sample) => {
+            let written = encode_as(&sample, Encoding::Cbor).unwrap();
+            let back: Sample = decode_as(&written, Encoding::Cbor).unwrap();
+            assert_eq!(encode_as(&back, Encoding::Cbor).unwrap(), written);
+            match Sample::read(bytes, Encoding::Cbor) {
+                Ok(steps) => {
+                    let steps: Vec<Sample> = steps.collect();
+                    assert_eq!(steps.len(), sample.block.len().max(1));
+                    steps.iter().for_each(|step| check::<Sample>(&encode(step).unwrap()));
+                }
+                Err(error) => is_bearable(&error.to_string()),
+            }
         }
         Err(error) => is_bearable(&error.to_string()),
     }

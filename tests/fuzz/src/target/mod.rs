@@ -52,6 +52,7 @@ pub const TARGETS: &[Target] = &[
     target("message_progress", message::check::<vocabulary::Progress>),
     target("message_refused", message::check::<vocabulary::Refused>),
     target("message_sample", message::check::<vocabulary::Sample>),
+    target("message_sample_cbor", message::check_cbor),
     target("message_state_answer", message::check::<vocabulary::StateAnswer>),
     target("message_stroke", message::check::<vocabulary::Stroke>),
     target("message_stroke_begun", message::check::<vocabulary::StrokeBegun>),

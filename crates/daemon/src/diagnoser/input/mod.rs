@@ -20,7 +20,7 @@ use process::{
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
 use vocabulary::Occurrences;
-use vocabulary::{DecodeError, IntakeCounters, ModuleName, Topic};
+use vocabulary::{DecodeError, Encoding, IntakeCounters, ModuleName, Sample, Topic};
 use zenoh::Session;
 use zenoh::pubsub::Subscriber;
 use zenoh::session::EntityGlobalId;
@@ -28,6 +28,7 @@ use zenoh::session::EntityGlobalId;
 pub(crate) use recovery::{RecoveredSamples, RecoveryQuerier};
 
 use crate::counters::SharedCounters;
+use crate::messages::encoding_of;
 
 /// Takes samples; every clone takes into the same queue.
 #[derive(Debug, Clone)]
@@ -76,7 +77,8 @@ impl SampleReceiver {
             .declare_subscriber(speaker.key(Topic::Sample))
             .callback(move |received| {
                 let publisher = received.source_info().map(|info| publisher_id(*info.source_id()));
-                this.take(&received.payload().to_bytes(), publisher, Instant::now());
+                let bytes = received.payload().to_bytes();
+                this.take(&bytes, encoding_of(received.encoding()), publisher, Instant::now());
             })
             .await
     }
@@ -117,21 +119,25 @@ impl SampleReceiver {
         present.is_some_and(|source| source.replies_as(replier))
     }
 
-    fn take(&self, bytes: &[u8], publisher: Option<PublisherId>, now: Instant) {
-        self.count(|counters| counters.received += 1);
-        match vocabulary::decode::<vocabulary::Sample>(bytes) {
-            Ok(sample) if sample.module == self.module => {
-                let source = SampleSource { publisher, run: sample.run };
-                self.admit(source, ReceivedSample::new(sample, now, self.size));
-            }
-            Ok(sample) => {
-                self.count(|counters| counters.other_module += 1);
-                self.refuse("module", format!("a sample of module `{}`", sample.module), now);
-            }
+    fn take(&self, bytes: &[u8], encoding: Encoding, publisher: Option<PublisherId>, now: Instant) {
+        match Sample::read(bytes, encoding) {
+            Ok(samples) => samples.for_each(|sample| self.take_step(sample, publisher, now)),
             Err(error) => {
+                self.count(|counters| counters.received += 1);
                 let kind = self.count_error(&error);
                 self.refuse(kind, error.to_string(), now);
             }
+        }
+    }
+
+    fn take_step(&self, sample: Sample, publisher: Option<PublisherId>, now: Instant) {
+        self.count(|counters| counters.received += 1);
+        if sample.module == self.module {
+            let source = SampleSource { publisher, run: sample.run };
+            self.admit(source, ReceivedSample::new(sample, now, self.size));
+        } else {
+            self.count(|counters| counters.other_module += 1);
+            self.refuse("module", format!("a sample of module `{}`", sample.module), now);
         }
     }
 
@@ -219,6 +225,7 @@ mod tests {
             pressures_pa: vec![],
             elongations_m: vec![],
             readings: vec![],
+            block: Vec::new(),
         })
         .unwrap()
     }
@@ -231,7 +238,7 @@ mod tests {
     fn each_kind_of_bad_sample_has_its_own_counter_and_good_ones_still_pass() {
         let (receiver, mut out) = receiver(4);
         let now = Instant::now();
-        let take = |bytes: &[u8]| receiver.take(bytes, None, now);
+        let take = |bytes: &[u8]| receiver.take(bytes, Encoding::Json, None, now);
         take(b"{");
         take(&[0xff]);
         take(br#"{"v":1,"step":nope}"#);
@@ -242,9 +249,10 @@ mod tests {
         take(&sample("module1", 7));
         let other = String::from_utf8(sample("module1", 8)).unwrap();
         take(other.replace("\"run\":1", "\"run\":2").as_bytes());
+        receiver.take(&sample("module1", 8), Encoding::Cbor, None, now);
         let expected = IntakeCounters {
-            received: 9,
-            malformed: 3,
+            received: 10,
+            malformed: 4,
             unknown_version: 2,
             wrong_message: 1,
             other_module: 1,
@@ -260,7 +268,7 @@ mod tests {
     fn a_full_queue_drops_the_newest_counts_it_and_says_so() {
         let (receiver, mut out) = receiver(2);
         for step in 0..5 {
-            receiver.take(&sample("module1", step), None, Instant::now());
+            receiver.take(&sample("module1", step), Encoding::Json, None, Instant::now());
         }
         assert_eq!(receiver.counters().dropped, 3);
         assert!(receiver.take_overflow() && !receiver.take_overflow());

@@ -10,11 +10,12 @@ use process::{
     PublisherId, ReceivedSample, RecoveryAttempt, RecoveryRetries, SampleRecovery, SampleSource,
 };
 use tokio::sync::{Notify, mpsc};
-use vocabulary::{SampleQuestion, Topic};
+use vocabulary::{Encoding, Sample, SampleQuestion, Topic};
 use zenoh::Session;
 use zenoh::query::{ConsolidationMode, Querier, QueryTarget, Reply};
 
 use super::{SampleReceiver, publisher_id};
+use crate::messages::encoding_of;
 
 /// What the publisher still had, sorted by step.
 #[derive(Debug)]
@@ -141,23 +142,33 @@ impl Reception {
     fn take(&self, reply: Reply, question: SampleQuestion) {
         let replier = reply.replier_id().map(publisher_id);
         if let Ok(reply) = reply.into_result() {
-            self.take_sample(&reply.payload().to_bytes(), replier, question);
+            let encoding = encoding_of(reply.encoding());
+            self.take_samples(&reply.payload().to_bytes(), encoding, replier, question);
         }
         if self.recovery.lock().rest().is_none() {
             self.over.notify_one();
         }
     }
 
-    /// Takes a sample, if it is the publisher's whose samples are used at present.
-    fn take_sample(&self, bytes: &[u8], publisher: Option<PublisherId>, question: SampleQuestion) {
+    /// Takes samples, if they are the publisher's whose samples are used at present. Those of a block may not have been asked
+    /// for.
+    fn take_samples(
+        &self,
+        bytes: &[u8],
+        encoding: Encoding,
+        publisher: Option<PublisherId>,
+        question: SampleQuestion,
+    ) {
         if !self.receiver.uses(SampleSource { publisher, run: question.run }) {
             self.receiver.refuse_other_source();
             return;
         }
-        match vocabulary::decode::<vocabulary::Sample>(bytes) {
-            Ok(sample) => {
-                if !self.recovery.lock().take(sample, Instant::now()) {
-                    tracing::debug!("ignored an unrequested sample");
+        match Sample::read(bytes, encoding) {
+            Ok(samples) => {
+                let (mut recovery, now) = (self.recovery.lock(), Instant::now());
+                let taken = samples.map(|sample| recovery.take(sample, now));
+                if !taken.fold(false, |any, taken| any | taken) {
+                    tracing::debug!("ignored unrequested samples");
                 }
             }
             Err(error) => tracing::debug!("reply not used: {error}"),
@@ -193,13 +204,13 @@ mod tests {
             let arbitration = (Duration::from_millis(200), 8);
             let receiver = SampleReceiver::new("m1".parse().unwrap(), size, queue, arbitration);
             if let Some(run) = used {
-                receiver.take(&sample(run, 9), None, Instant::now());
+                receiver.take(&sample(run, 9), Encoding::Json, None, Instant::now());
             }
             let recovery = Arc::new(Mutex::new(SampleRecovery::new(&module, size, question)));
             let over = Arc::default();
             let reception = Reception { receiver, recovery, over };
-            reception.take_sample(&sample(1, 1), None, question);
-            reception.take_sample(b"{\"v\":1}", None, question);
+            reception.take_samples(&sample(1, 1), Encoding::Json, None, question);
+            reception.take_samples(b"{\"v\":1}", Encoding::Json, None, question);
             let refused = reception.receiver.counters().other_source;
             assert_eq!((reception.recovery.lock().count(), refused), (taken, 2 - 2 * taken as u64));
         }
