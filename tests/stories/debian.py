@@ -22,14 +22,15 @@ def mirror():
     raise RuntimeError(f"apt has no source of {SUITE} main")
 
 
-def tree():
-    """Its directory."""
-    tree = CACHE / f"debian-{SUITE}-{PACKAGES.replace(',', '-')}"
+def tree(packages=PACKAGES, architecture=None):
+    """Its directory; of another architecture, whose programs this machine must be able to run."""
+    tree = CACHE / "-".join(["debian", SUITE, *packages.split(","), *([architecture] if architecture else [])])
     if not tree.exists():
         making = tree.with_suffix(".part")
         shutil.rmtree(making, ignore_errors=True)
         making.parent.mkdir(parents=True, exist_ok=True)
-        command = ["debootstrap", "--variant=minbase", f"--include={PACKAGES}", SUITE, making, mirror()]
+        other = [f"--arch={architecture}"] if architecture else []
+        command = ["debootstrap", "--variant=minbase", f"--include={packages}", *other, SUITE, making, mirror()]
         subprocess.run(command, stdout=sys.stderr, check=True)
         making.rename(tree)
     return tree

@@ -27,7 +27,8 @@ const MINUTE_NS: u64 = 60_000_000_000;
 /// Record what is published, as MCAP files, until interrupted
 ///
 /// Every message is kept as it was published, with its schema, for `trusswatch replay` and for any viewer of MCAP
-/// files, but for corrected readings, which follow from the samples (`--key` records them too); what a module's diagnoser was set up with and, at the head of each file, its state as well, so that each file can
+/// files; of a block of samples, each step by itself. Not recorded are corrected readings, which follow from the samples
+/// (`--key` records them too). What a module's diagnoser was set up with is in the file and, at its head, its state, so that each file can
 /// be replayed by itself. Missed messages are fetched from their publisher;
 /// those that cannot be fetched are counted, in the file too. A new file begins by size and time, the oldest are
 /// deleted by quota. Killed at any moment, it loses a second at most; `--recover` makes a finished file of an unfinished

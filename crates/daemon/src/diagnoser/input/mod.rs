@@ -252,9 +252,10 @@ mod tests {
         receiver.take(&sample("module1", 8), Encoding::Cbor, None, now);
         let expected = IntakeCounters {
             received: 10,
-            malformed: 4,
+            malformed: 3,
             unknown_version: 2,
-            wrong_message: 1,
+            // JSON called CBOR is a text there.
+            wrong_message: 2,
             other_module: 1,
             other_source: 1,
             ..IntakeCounters::default()
