@@ -1,6 +1,5 @@
-"""Other processors, under emulation: what decides passes its tests there, and the programs compute what they compute on this
-machine, byte for byte, with the fused arithmetic that the processor has or has not; the package installs and runs in that
-architecture's own Debian.
+"""ARM processors under emulation: the pure crates pass their tests, the programs compute the same bytes as on this machine, and
+the package installs and runs on Debian for that architecture.
 """
 
 import functools
@@ -14,7 +13,7 @@ import debian
 import pytest
 from conftest import PROGRAMS, ROOT, needs, trusswatch
 
-# Compiling everything, and computing what takes a second here within minutes there.
+# Everything is compiled, and emulation is ten to twenty times slower.
 LIMIT_S = 5400
 # The crates that decide. What a test says of allocations holds for this machine's library.
 CRATES = ["truss", "vocabulary", "diagnosis", "process", "replay"]

@@ -74,7 +74,7 @@ impl ReceivedMessage {
         let is_plain = Counting::of(topic) != Some(Counting::Steps)
             || encoding == Encoding::Json && memmem::find(&payload, b"\"block\"").is_none();
         let steps = if is_plain { None } else { steps(&payload, encoding) };
-        // What is no sample is recorded as it is.
+        // An invalid sample is recorded verbatim.
         let steps = steps.unwrap_or_else(|| vec![payload.into_owned()]);
         steps.into_iter().map(message).collect()
     }

@@ -104,7 +104,7 @@ async fn every_kind_of_bad_sample_is_counted_by_its_name_and_good_ones_are_still
     // a step that was seen, and one that goes backwards
     put_sample(&observer, &sample(1)).await;
     put_sample(&observer, &sample(0)).await;
-    // CBOR that is none, none that is called that, and a block beside values
+    // truncated CBOR, CBOR published as JSON, and a block beside values
     let cbor = Encoding::APPLICATION_CBOR;
     let key = "trusswatch/small/lower/sample";
     let good = vocabulary::encode_as(&sample(2), vocabulary::Encoding::Cbor).unwrap();

@@ -230,9 +230,9 @@ async fn blocks_published_and_fetched_are_recorded_step_by_step_as_if_each_had_b
     samples.put(block(0, Encoding::Json)).await.unwrap();
     samples.put(block(15, Encoding::Cbor)).encoding(cbor.clone()).await.unwrap();
     rig.until("twenty samples", has(SAMPLE, 20)).await;
-    // No sample: recorded as it came, for whoever looks for the reason.
+    // An invalid sample is recorded verbatim, so that an operator can find out what was sent.
     samples.put("\u{1}block").encoding(cbor).await.unwrap();
-    rig.until("what is no sample", has(SAMPLE, 21)).await;
+    rig.until("the invalid sample", has(SAMPLE, 21)).await;
     rig.trigger.pull();
     let report = in_time("the end", rig.recorder).await.unwrap().unwrap();
     assert_eq!(report.lost(), 0, "{report:?}");
