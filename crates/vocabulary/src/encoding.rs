@@ -19,6 +19,8 @@ pub const VERSION: u64 = 1;
 
 /// What this crate writes begins like this.
 const OWN_BEGINNING: &str = r#"{"v":1,"#;
+/// The same in CBOR: a map without a stated length, the text `v`, 1.
+const OWN_BEGINNING_CBOR: &[u8] = b"\xbf\x61v\x01";
 
 /// Longer messages are refused unread.
 pub const MAX_MESSAGE_BYTES: usize = 1 << 20;
@@ -147,6 +149,9 @@ fn decode_cbor<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     if bytes.len() > MAX_MESSAGE_BYTES {
         return Err(DecodeError::TooLong { bytes: bytes.len() });
     }
+    if let Some(message) = plainly_own_cbor(bytes) {
+        return Ok(message);
+    }
     let mut rest = bytes;
     let found: VersionOnly = ciborium::from_reader(&mut rest).map_err(|error| match error {
         ciborium::de::Error::Semantic(_, reason) => wrong_cbor::<M>(&reason),
@@ -158,6 +163,20 @@ fn decode_cbor<M: Message>(bytes: &[u8]) -> Result<M, DecodeError> {
     }
     check_found(found)?;
     ciborium::from_reader(bytes).map_err(|error| wrong_cbor::<M>(&error.to_string()))
+}
+
+/// As [`plainly_own`].
+fn plainly_own_cbor<M: Message>(bytes: &[u8]) -> Option<M> {
+    let rest = bytes.strip_prefix(OWN_BEGINNING_CBOR)?;
+    // However long its head, whether text or bytes, whole or in pieces, another `v` has one of these before it. Numbers may
+    // look so, too; then the message is read twice.
+    let is_another = |two: &[u8]| two[1] == b'v' && matches!(two[0], 0x61 | 0x41 | 0x01);
+    if rest.windows(2).any(is_another) {
+        return None;
+    }
+    let mut unread = bytes;
+    let message = ciborium::from_reader(&mut unread).ok()?;
+    unread.is_empty().then_some(message)
 }
 
 fn wrong_cbor<M: Message>(reason: &str) -> DecodeError {
@@ -247,6 +266,20 @@ mod tests {
         let bytes = encode(&Progress { run: RunId(7), step: Step(3) }).unwrap();
         assert_eq!(String::from_utf8(bytes).unwrap(), r#"{"v":1,"run":7,"step":3}"#);
         assert_eq!(OWN_BEGINNING, format!(r#"{{"v":{VERSION},"#));
+    }
+
+    #[test]
+    fn cbor_with_a_second_version_however_it_is_spelt_is_refused() {
+        let own = encode_as(&Progress { run: RunId(7), step: Step(3) }, Encoding::Cbor).unwrap();
+        assert!(own.starts_with(OWN_BEGINNING_CBOR), "{own:x?}");
+        let read = |bytes: &[u8]| decode_as::<Progress>(bytes, Encoding::Cbor);
+        assert_eq!(read(&own), Ok(Progress { run: RunId(7), step: Step(3) }));
+        let spelt: [&[u8]; 5] =
+            [b"\x61v", b"\x78\x01v", b"\x79\0\x01v", b"\x7f\x60\x61v\xff", b"\x7f\x78\x01v\xff"];
+        for name in spelt {
+            let two = [&own[..own.len() - 1], name, b"\x02\xff"].concat();
+            assert!(read(&two).is_err(), "{two:x?}");
+        }
     }
 
     #[test]
