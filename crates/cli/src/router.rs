@@ -1,18 +1,28 @@
 //! `trusswatch router`: runs a router that enforces access control.
 //!
 //! It is only a Zenoh session in router mode, for networks without Zenoh's own `zenohd`. It logs access control
-//! refusals. The watchdog heartbeat is sent while queries without a recipient pass through the router and return.
+//! refusals, and says when it is what limits the network. The watchdog heartbeat is sent while queries without a
+//! recipient pass through the router and return.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::Duration;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
+use parking_lot::Mutex;
 use session::{Network, NetworkError, NetworkFlags};
+use settings::ConfigErrors;
 use shell::exit::{Failure, conclude};
+use shell::health::{
+    HealthCondition, HealthFlags, Listening, ProcessReport, Subject, live, render, thread_times,
+};
 use shell::opening::open_unless;
 use shell::shutdown::{Shutdown, ShutdownFlags};
-use shell::supervision::{OPENING, Supervisor};
+use shell::supervision::{OPENING, Pulse, Supervisor};
 use shell::{logging, runtime};
+use vocabulary::Occurrences;
 use vocabulary::keys::UNOWNED;
 use zenoh::Session;
 
@@ -22,6 +32,12 @@ const FORWARDING: &str = "forwarding messages under access control";
 const EVERY: Duration = Duration::from_millis(250);
 /// Timeout of such a query.
 const TIMEOUT: Duration = Duration::from_secs(1);
+/// Interval over which the load is measured.
+const LOAD_EVERY: Duration = Duration::from_secs(5);
+/// A thread with more than this share of a core is near the limit of the router,
+const NEAR_LIMIT: f64 = 0.85;
+/// and so is a router whose own queries take longer than this.
+const SLOW: Duration = Duration::from_millis(50);
 
 /// Route messages between modules, operators and observers, and enforce access control
 ///
@@ -34,26 +50,36 @@ pub(crate) struct Arguments {
     zenoh: PathBuf,
     #[command(flatten)]
     network: NetworkFlags,
+    #[command(flatten)]
+    health: HealthFlags,
 }
 
 pub(crate) fn run(arguments: Arguments) -> ExitCode {
     logging::start();
     let NetworkFlags { listen, connect, tls } = arguments.network;
     let zenoh = Some(arguments.zenoh);
-    conclude(forward(&Network { listen, connect, zenoh, tls, ..Network::default() }))
+    let network = Network { listen, connect, zenoh, tls, ..Network::default() };
+    conclude(forward(&network, &arguments.health))
 }
 
-fn forward(network: &Network) -> Result<(), Failure> {
+fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
     check(network)?;
+    let mut errors = ConfigErrors(Vec::new());
+    let address = health.address_or(None, &mut errors);
+    let listening = Listening::on(errors.or(address)?)?;
     runtime::until_done(ShutdownFlags::default(), |mut shutdown| async move {
         let supervisor = Supervisor::from_environment();
+        let load = Arc::<Mutex<RouterLoad>>::default();
+        let subject = RouterHealth { pulse: supervisor.pulse(), load: Arc::clone(&load) };
+        let served = listening.serve(subject);
+        let _server = served.map_err(|error| Failure::running("health cannot be served", error))?;
         supervisor.status(OPENING);
         let Some(session) = open_unless(network, &mut shutdown).await? else {
             return Ok(());
         };
         tracing::info!("ready");
         supervisor.ready(FORWARDING);
-        serve(&session, &supervisor, shutdown).await;
+        serve(&session, &supervisor, &load, shutdown).await;
         supervisor.stopping();
         session::close(&session).await;
         tracing::info!("stopped");
@@ -62,16 +88,126 @@ fn forward(network: &Network) -> Result<(), Failure> {
 }
 
 /// Monitors the session, which runs on its own: a query through its tables shows that it works.
-async fn serve(session: &Session, supervisor: &Supervisor, mut shutdown: Shutdown) {
+async fn serve(
+    session: &Session,
+    supervisor: &Supervisor,
+    load: &Mutex<RouterLoad>,
+    mut shutdown: Shutdown,
+) {
+    let (mut measured, mut before) = (Instant::now(), thread_times());
+    let near_limit = Occurrences::default();
     loop {
+        let asked = Instant::now();
         tokio::select! {
             () = shutdown.requested() => return,
-            answered = ends_unanswered(session) => if answered { supervisor.progress() },
+            answered = ends_unanswered(session) => if answered {
+                supervisor.progress();
+                load.lock().note_round_trip(asked.elapsed());
+            },
+        }
+        if measured.elapsed() >= LOAD_EVERY {
+            let (now, times) = (Instant::now(), thread_times());
+            let present = load.lock().end(&before, &times, now - measured);
+            (measured, before) = (now, times);
+            supervisor.status(&format!("{FORWARDING}; {present}"));
+            if let Some(times) = present.is_near_limit().then(|| near_limit.note(now)).flatten() {
+                tracing::warn!(
+                    times,
+                    "{present}: this router is what limits the network; \
+                     publish samples in blocks, or link another router"
+                );
+            }
         }
         tokio::select! {
             () = shutdown.requested() => return,
             () = tokio::time::sleep(EVERY) => {}
         }
+    }
+}
+
+/// What a router takes of the processors, and how long its own queries take.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct RouterLoad {
+    /// Cores in use.
+    cores: f64,
+    /// Share of a core of the thread that has the most to do, with its name.
+    busiest: (String, f64),
+    /// The longest of the interval.
+    round_trip: Duration,
+    /// The longest so far of the next interval.
+    so_far: Duration,
+}
+
+impl RouterLoad {
+    fn note_round_trip(&mut self, took: Duration) {
+        self.so_far = self.so_far.max(took);
+    }
+
+    /// An interval has ended; the load in it, from the times of the threads.
+    fn end(
+        &mut self,
+        before: &BTreeMap<i32, (String, f64)>,
+        after: &BTreeMap<i32, (String, f64)>,
+        elapsed: Duration,
+    ) -> Self {
+        let share = |(number, (name, time_s)): (&i32, &(String, f64))| {
+            let earlier_s = before.get(number).map_or(0.0, |(_, time_s)| *time_s);
+            (name.clone(), (time_s - earlier_s) / elapsed.as_secs_f64())
+        };
+        let shares: Vec<(String, f64)> = after.iter().map(share).collect();
+        self.cores = shares.iter().map(|(_, share)| share).sum();
+        self.busiest = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        self.round_trip = std::mem::take(&mut self.so_far);
+        self.clone()
+    }
+
+    fn is_near_limit(&self) -> bool {
+        self.busiest.1 > NEAR_LIMIT || self.round_trip > SLOW
+    }
+}
+
+impl fmt::Display for RouterLoad {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (name, share) = &self.busiest;
+        let round_trip_ms = self.round_trip.as_secs_f64() * 1e3;
+        write!(
+            f,
+            "{:.2} of a core, {share:.2} of it in the thread `{name}`, a query takes {round_trip_ms:.1} ms",
+            self.cores
+        )
+    }
+}
+
+/// Over HTTP.
+struct RouterHealth {
+    pulse: Arc<Pulse>,
+    load: Arc<Mutex<RouterLoad>>,
+}
+
+impl Subject for RouterHealth {
+    fn live(&self) -> HealthCondition {
+        live(self.pulse.sign(Instant::now()))
+    }
+
+    fn ready(&self) -> HealthCondition {
+        let live = self.live();
+        match live.well {
+            true => HealthCondition::well(format!("{FORWARDING}; {}", self.load.lock())),
+            false => live,
+        }
+    }
+
+    fn metrics(&self) -> Result<String, fmt::Error> {
+        let process = ProcessReport::read(self.pulse.sign(Instant::now()));
+        let load = self.load.lock().clone();
+        render(Vec::new(), move |sheet| {
+            process.write(sheet)?;
+            let help = "Share of a core of the thread that has the most to do; near 1 the router limits the network.";
+            sheet.gauge("trusswatch_router_busiest_thread", help, load.busiest.1)?;
+            let help =
+                "Longest time of a query through the router's own tables in the latest seconds.";
+            sheet.seconds("trusswatch_router_round_trip", help, Some(load.round_trip.as_secs_f64()))
+        })
     }
 }
 
@@ -96,4 +232,29 @@ fn check(network: &Network) -> Result<(), Failure> {
         return Err(NetworkError::File { file, reason }.into());
     }
     Ok(network.check_certificates()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times(of: [f64; 2]) -> BTreeMap<i32, (String, f64)> {
+        let [net, tx] = of;
+        BTreeMap::from([(1, ("net-0".to_owned(), net)), (2, ("tx-0".to_owned(), tx))])
+    }
+
+    #[test]
+    fn the_thread_that_has_no_time_left_is_named() {
+        let mut load = RouterLoad::default();
+        load.note_round_trip(Duration::from_millis(2));
+        let quiet = load.end(&times([1.0, 2.0]), &times([1.5, 3.0]), Duration::from_secs(5));
+        assert!(!quiet.is_near_limit());
+        let words = "0.30 of a core, 0.20 of it in the thread `tx-0`, a query takes 2.0 ms";
+        assert_eq!(quiet.to_string(), words);
+        let busy = load.end(&times([1.5, 3.0]), &times([2.0, 7.9]), Duration::from_secs(5));
+        assert!(busy.is_near_limit() && busy.round_trip.is_zero(), "{busy:?}");
+        load.note_round_trip(Duration::from_millis(80));
+        let slow = load.end(&times([2.0, 7.9]), &times([2.0, 7.9]), Duration::from_secs(5));
+        assert!(slow.is_near_limit(), "{slow:?}");
+    }
 }

@@ -21,7 +21,7 @@ mod sheet;
 pub use address::{HealthFlags, HealthSettings};
 pub use condition::{HealthCondition, live};
 pub use probe::{ProbeError, ProbeKind, probe};
-pub use process::ProcessReport;
+pub use process::{ProcessReport, thread_times};
 pub use server::{
     HealthAddressError, Listening, Server, Subject, condition_response, metrics_response,
 };

@@ -1,17 +1,22 @@
 //! Metrics common to all processes.
 
+use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 use std::time::Duration;
 
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeValLike;
 use procfs_core::FromRead;
-use procfs_core::process::Status;
+use procfs_core::process::{Stat, Status};
 
 use super::sheet::Sheet;
 use crate::supervision::Sign;
 
 const STATUS: &str = "/proc/self/status";
+const THREADS: &str = "/proc/self/task";
+/// Ticks of Linux's accounts of processor time \[1/s\], the same on every machine.
+const USER_HZ: f64 = 100.0;
 
 /// The resource use of the process, and its liveness.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -65,9 +70,39 @@ fn resident_bytes() -> Option<u64> {
     Some(kibibytes * 1024)
 }
 
+/// Processor time that each thread of this process has had so far \[s\], by its number, with its name. Empty if the system
+/// does not report it.
+#[must_use]
+pub fn thread_times() -> BTreeMap<i32, (String, f64)> {
+    let time = |thread: &Path| {
+        let stat = Stat::from_file(thread.join("stat")).ok()?;
+        #[expect(clippy::cast_precision_loss, reason = "ticks of years stay far below 2^53")]
+        let time_s = (stat.utime + stat.stime) as f64 / USER_HZ;
+        Some((stat.pid, (stat.comm, time_s)))
+    };
+    let threads = std::fs::read_dir(THREADS).into_iter().flatten().flatten();
+    threads.filter_map(|thread| time(&thread.path())).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_busy_thread_is_told_from_the_others_by_its_name() {
+        let busy = std::thread::Builder::new().name("busy".to_owned());
+        let (ending, ended) = std::sync::mpsc::channel::<()>();
+        let spins =
+            move || while ended.try_recv() != Err(std::sync::mpsc::TryRecvError::Disconnected) {};
+        let busy = busy.spawn(spins).unwrap();
+        let of = || thread_times().into_values().find(|(name, _)| name == "busy");
+        while of().is_none_or(|(_, time_s)| time_s < 0.05) {
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        drop(ending);
+        busy.join().unwrap();
+        assert_eq!(of(), None);
+    }
 
     #[test]
     fn this_process_has_used_time_and_memory() {
