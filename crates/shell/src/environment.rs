@@ -1,9 +1,9 @@
 //! Environment variables for long-running processes. The units, the image, the demo and the tests set them; a process
 //! started by hand without them works, and logs those that are missing.
 //!
-//! - Eight receive threads for the network, which wait for sockets and read them. By default Zenoh waits on one thread
-//!   and reads on two others, so that each message wakes two threads, and two blocking callbacks stop all reception.
-//!   Only an environment variable changes this.
+//! - Eight threads for the network, which wait for sockets, read them and diagnose. By default Zenoh waits for a socket
+//!   on the thread that opened it, and reads it on one of two others, so that each message wakes two threads, and two
+//!   blocking callbacks stop all reception. Only an environment variable changes this.
 //! - Memory is returned to the system. The GNU C library keeps a pool of memory for every few threads and returns
 //!   little of it, so that a flood of messages doubles the size of a process. With one pool and immediate return of
 //!   unused memory it grows by an eighth. With two pools it sometimes grew by half: pending queries hold the buffers
@@ -13,7 +13,11 @@ use nix::sys::resource::{Resource, getrlimit, setrlimit};
 
 /// The variables with their values. The first is read by Zenoh, the others by the GNU C library \[bytes\].
 const VARIABLES: [(&str, &str); 4] = [
-    ("ZENOH_RUNTIME", "(net: (worker_threads: 8), rx: (handover: net))"),
+    (
+        "ZENOH_RUNTIME",
+        "(net: (worker_threads: 8), \
+          rx: (handover: net), acc: (handover: net), app: (handover: net))",
+    ),
     ("MALLOC_ARENA_MAX", "1"),
     ("MALLOC_TRIM_THRESHOLD_", "131072"),
     ("MALLOC_MMAP_THRESHOLD_", "131072"),

@@ -49,6 +49,8 @@ pub struct Setting {
     pub neighbours: usize,
     /// Pace of the plant as a factor on real time.
     pub speed: f64,
+    /// Steps of a message of samples; with one, messages come as the shipped configuration has it.
+    pub block_steps: u32,
 }
 
 impl Setting {
@@ -108,6 +110,13 @@ impl Row {
         let output = command.output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let row = Self { structure: "none".parse().unwrap(), folder, setting, endpoints };
+        if setting.block_steps > 1 {
+            let plant = std::fs::read_to_string(row.file("plant.toml")).unwrap();
+            let mut plant: toml::Table = toml::from_str(&plant).unwrap();
+            plant.insert("burst_steps".into(), i64::from(setting.block_steps).into());
+            plant.insert("blocks".into(), true.into());
+            std::fs::write(row.file("plant.toml"), plant.to_string()).unwrap();
+        }
         let schedule = toml::to_string(schedule).unwrap();
         std::fs::write(row.file("schedule.toml"), schedule).unwrap();
         let structure = std::fs::read_to_string(row.file("structure.toml")).unwrap();

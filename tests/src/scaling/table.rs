@@ -5,11 +5,12 @@ use super::row::Setting;
 use crate::grid;
 use crate::quantiles::quantiles;
 
-const HEADING: [&str; 13] = [
+const HEADING: [&str; 14] = [
     "diagnosers",
     "network",
     "peers of each",
     "pace",
+    "block",
     "idle",
     "CPU of a diagnoser",
     "per sample",
@@ -56,6 +57,7 @@ fn cells(figures: &Figures) -> Vec<String> {
         topology.to_string(),
         format!("{peers:.0}"),
         speed.to_string(),
+        setting.block_steps.to_string(),
         format!("{:.2} %", figures.idle_percent),
         format!("{:.2} %", diagnoser.percent),
         format!("{:.0} µs", figures.per_sample_us()),

@@ -12,26 +12,38 @@ const ALL: usize = usize::MAX / 4;
 /// Those of the own tower and of one on either side.
 const NEXT: usize = 1;
 
-/// Towers, topology, range of peers, and a pace at which two cores keep up. A hundred that are
+const fn of(
+    copies: usize,
+    topology: Topology,
+    neighbours: usize,
+    speed: f64,
+    block_steps: u32,
+) -> Setting {
+    Setting { copies, topology, neighbours, speed, block_steps }
+}
+
+/// Towers, topology, range of peers, a pace at which two cores keep up, and steps of a message. A hundred that are
 /// all connected to each other need five cores before the first sample.
-const ROWS: [(usize, Topology, usize, f64); 9] = [
-    (1, Topology::Peers, ALL, 1.0),
-    (1, Topology::Star, ALL, 1.0),
-    (5, Topology::Peers, ALL, 0.5),
-    (5, Topology::Star, ALL, 0.5),
-    (25, Topology::Peers, ALL, 0.1),
-    (25, Topology::Star, ALL, 0.1),
-    (50, Topology::Peers, NEXT, 0.05),
-    (50, Topology::Star, NEXT, 0.05),
-    (50, Topology::Star, ALL, 0.05),
+const ROWS: [Setting; 11] = [
+    of(1, Topology::Peers, ALL, 1.0, 1),
+    of(1, Topology::Star, ALL, 1.0, 1),
+    of(5, Topology::Peers, ALL, 0.5, 1),
+    of(5, Topology::Star, ALL, 0.5, 1),
+    of(20, Topology::Star, NEXT, 1.0, 1),
+    of(25, Topology::Peers, ALL, 0.1, 1),
+    of(25, Topology::Star, ALL, 0.1, 1),
+    of(50, Topology::Peers, NEXT, 0.05, 1),
+    of(50, Topology::Star, NEXT, 0.05, 1),
+    of(50, Topology::Star, ALL, 0.05, 1),
+    of(50, Topology::Star, NEXT, 1.0, 10),
 ];
 /// Faults that are injected.
 const FAULTS: usize = 6;
 /// The same for a quick measurement on a machine that has other things to do.
-const QUICK: [(usize, Topology, usize, f64); 3] = [
-    (1, Topology::Peers, ALL, 1.0),
-    (5, Topology::Star, ALL, 0.4),
-    (5, Topology::Peers, NEXT, 0.4),
+const QUICK: [Setting; 3] = [
+    of(1, Topology::Peers, ALL, 1.0, 1),
+    of(5, Topology::Star, ALL, 0.4, 10),
+    of(5, Topology::Peers, NEXT, 0.4, 1),
 ];
 
 /// Loose limits, for machines that are slow or busy: processor time per sample \[µs\], memory \[MiB\], time
@@ -65,8 +77,7 @@ fn check(figures: &Figures) {
 async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
     let _turn = turn::alone().await;
     let mut table = Table::default();
-    for (copies, topology, neighbours, speed) in QUICK {
-        let setting = Setting { copies, topology, neighbours, speed };
+    for setting in QUICK {
         let figures = measured(setting, Duration::from_secs(2), 2).await;
         check(&figures);
         table.add(figures);
@@ -80,7 +91,7 @@ async fn ten_diagnosers_as_peers_and_on_a_router_name_what_is_faulty() {
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
     let _turn = turn::alone().await;
-    let setting = Setting { copies: 25, topology: Topology::Peers, neighbours: ALL, speed: 1.0 };
+    let setting = of(25, Topology::Peers, ALL, 1.0, 1);
     let row = Row::lay_out(setting, &Schedule::default());
     let start = Instant::now();
     let diagnosers = row.start_diagnosers();
@@ -101,8 +112,8 @@ async fn up_to_a_hundred_diagnosers_on_one_machine() {
     let _turn = turn::alone().await;
     let wanted = std::env::var("SCALING").unwrap_or_default();
     let mut table = Table::default();
-    for (copies, topology, neighbours, speed) in ROWS {
-        let setting = Setting { copies, topology, neighbours, speed };
+    for setting in ROWS {
+        let Setting { copies, topology, .. } = setting;
         let name = format!("{}-{topology}", setting.diagnosers());
         if !wanted.is_empty() && wanted != name && wanted != setting.diagnosers().to_string() {
             continue;

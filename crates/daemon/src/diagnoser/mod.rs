@@ -43,6 +43,7 @@ use shell::supervision::{Crew, Ended, OPENING, Supervisor};
 use tokio::sync::mpsc;
 use vocabulary::ModuleConfiguration;
 use zenoh::Session;
+use zenoh::internal::runtime::ZRuntime;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::Queryable;
@@ -339,7 +340,9 @@ async fn serve(
         health,
         identifications,
     };
-    DiagnosisLoop::new(module, shared, supervisor).run(queues, shutdown).await;
+    // On the thread that receives a sample, which so wakes no other one.
+    let diagnosis = DiagnosisLoop::new(module, shared, supervisor).run(queues, shutdown);
+    let diagnosed = ZRuntime::Net.spawn(diagnosis).await;
 
     looking.abort();
     listening.abort();
@@ -349,6 +352,7 @@ async fn serve(
         Err(_) => tracing::warn!("Zenoh resources not undeclared within {WITHDRAWING:?}"),
     }
     drain(threads).await;
+    diagnosed.map_err(|error| Failure::running("the diagnosis has failed", error))?;
     tracing::info!("stopped");
     Ok(())
 }
