@@ -29,13 +29,13 @@ const ROWS: [Setting; 11] = [
     of(1, Topology::Star, ALL, 1.0, 1),
     of(5, Topology::Peers, ALL, 0.5, 1),
     of(5, Topology::Star, ALL, 0.5, 1),
-    of(20, Topology::Star, NEXT, 1.0, 1),
+    of(10, Topology::Star, NEXT, 1.0, 10),
     of(25, Topology::Peers, ALL, 0.1, 1),
     of(25, Topology::Star, ALL, 0.1, 1),
     of(50, Topology::Peers, NEXT, 0.05, 1),
     of(50, Topology::Star, NEXT, 0.05, 1),
     of(50, Topology::Star, ALL, 0.05, 1),
-    of(50, Topology::Star, NEXT, 1.0, 10),
+    of(50, Topology::Star, NEXT, 0.25, 10),
 ];
 /// Faults that are injected.
 const FAULTS: usize = 6;
@@ -105,7 +105,7 @@ async fn fifty_diagnosers_that_start_in_one_instant_find_each_other() {
 }
 
 /// Takes ten minutes; `SCALING=100` measures the rows of 100 diagnosers only, `SCALING=100-router` those
-/// on a router.
+/// on a router, `SCALING=100-router-10` those of them with blocks of ten steps.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[ignore = "wants both cores for itself: run it with `--ignored`"]
 async fn up_to_a_hundred_diagnosers_on_one_machine() {
@@ -114,8 +114,8 @@ async fn up_to_a_hundred_diagnosers_on_one_machine() {
     let mut table = Table::default();
     for setting in ROWS {
         let Setting { copies, topology, .. } = setting;
-        let name = format!("{}-{topology}", setting.diagnosers());
-        if !wanted.is_empty() && wanted != name && wanted != setting.diagnosers().to_string() {
+        let name = format!("{}-{topology}-{}", setting.diagnosers(), setting.block_steps);
+        if !wanted.is_empty() && !format!("{name}-").starts_with(&format!("{wanted}-")) {
             continue;
         }
         // One tower takes its faults one after the other; several get one each.
