@@ -1,7 +1,7 @@
 //! Environment variables for long-running processes. The units, the image, the demo and the tests set them; a process
 //! started by hand without them works, and logs those that are missing.
 //!
-//! - Eight threads for the network, which wait for sockets, read them and diagnose. By default Zenoh waits for a socket
+//! - Eight threads for the network, which wait for sockets and read them. By default Zenoh waits for a socket
 //!   on the thread that opened it, and reads it on one of two others, so that each message wakes two threads, and two
 //!   blocking callbacks stop all reception. Only an environment variable changes this.
 //! - Memory is returned to the system. The GNU C library keeps a pool of memory for every few threads and returns

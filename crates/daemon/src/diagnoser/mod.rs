@@ -43,7 +43,6 @@ use shell::supervision::{Crew, Ended, OPENING, Supervisor};
 use tokio::sync::mpsc;
 use vocabulary::ModuleConfiguration;
 use zenoh::Session;
-use zenoh::internal::runtime::ZRuntime;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::Queryable;
@@ -340,9 +339,7 @@ async fn serve(
         health,
         identifications,
     };
-    // On the thread that receives a sample, which so wakes no other one.
-    let diagnosis = DiagnosisLoop::new(module, shared, supervisor).run(queues, shutdown);
-    let diagnosed = ZRuntime::Net.spawn(diagnosis).await;
+    DiagnosisLoop::new(module, shared, supervisor).run(queues, shutdown).await;
 
     looking.abort();
     listening.abort();
@@ -352,7 +349,6 @@ async fn serve(
         Err(_) => tracing::warn!("Zenoh resources not undeclared within {WITHDRAWING:?}"),
     }
     drain(threads).await;
-    diagnosed.map_err(|error| Failure::running("the diagnosis has failed", error))?;
     tracing::info!("stopped");
     Ok(())
 }
