@@ -69,7 +69,7 @@ fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
     let listening = Listening::on(errors.or(address)?)?;
     runtime::until_done(ShutdownFlags::default(), |mut shutdown| async move {
         let supervisor = Supervisor::from_environment();
-        let load = Arc::<Mutex<RouterLoad>>::default();
+        let load = Arc::<Mutex<Option<RouterLoad>>>::default();
         let subject = RouterHealth { pulse: supervisor.pulse(), load: Arc::clone(&load) };
         let served = listening.serve(subject);
         let _server = served.map_err(|error| Failure::running("health cannot be served", error))?;
@@ -91,29 +91,33 @@ fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
 async fn serve(
     session: &Session,
     supervisor: &Supervisor,
-    load: &Mutex<RouterLoad>,
+    load: &Mutex<Option<RouterLoad>>,
     mut shutdown: Shutdown,
 ) {
-    let (mut measured, mut before) = (Instant::now(), thread_times());
+    let (mut measured, mut before, mut round_trip) =
+        (Instant::now(), thread_times(), Duration::ZERO);
     let near_limit = Occurrences::default();
     loop {
         let asked = Instant::now();
         tokio::select! {
             () = shutdown.requested() => return,
-            answered = ends_unanswered(session) => if answered {
+            returned = ends_unanswered(session) => if returned {
                 supervisor.progress();
-                load.lock().note_round_trip(asked.elapsed());
+                round_trip = round_trip.max(asked.elapsed());
+            } else {
+                round_trip = TIMEOUT;
             },
         }
         if measured.elapsed() >= LOAD_EVERY {
             let (now, times) = (Instant::now(), thread_times());
-            let present = load.lock().end(&before, &times, now - measured);
-            (measured, before) = (now, times);
+            let present = RouterLoad::new(&before, &times, now - measured, round_trip);
+            (measured, before, round_trip) = (now, times, Duration::ZERO);
+            *load.lock() = Some(present.clone());
             supervisor.status(&format!("{FORWARDING}; {present}"));
             if let Some(times) = present.is_near_limit().then(|| near_limit.note(now)).flatten() {
                 tracing::warn!(
                     times,
-                    "{present}: this router is what limits the network; \
+                    "router near its limit: {present}; \
                      publish samples in blocks, or link another router"
                 );
             }
@@ -125,40 +129,33 @@ async fn serve(
     }
 }
 
-/// What a router takes of the processors, and how long its own queries take.
-#[derive(Debug, Clone, Default, PartialEq)]
+/// Load of a router in an interval.
+#[derive(Debug, Clone, PartialEq)]
 struct RouterLoad {
     /// Cores in use.
     cores: f64,
-    /// Share of a core of the thread that has the most to do, with its name.
+    /// The busiest thread, and its share of a core.
     busiest: (String, f64),
-    /// The longest of the interval.
+    /// Longest time of a query; [`TIMEOUT`] if one did not return.
     round_trip: Duration,
-    /// The longest so far of the next interval.
-    so_far: Duration,
 }
 
 impl RouterLoad {
-    fn note_round_trip(&mut self, took: Duration) {
-        self.so_far = self.so_far.max(took);
-    }
-
-    /// An interval has ended; the load in it, from the times of the threads.
-    fn end(
-        &mut self,
+    /// From the threads' processor times at the ends of the interval.
+    fn new(
         before: &BTreeMap<i32, (String, f64)>,
         after: &BTreeMap<i32, (String, f64)>,
         elapsed: Duration,
+        round_trip: Duration,
     ) -> Self {
         let share = |(number, (name, time_s)): (&i32, &(String, f64))| {
             let earlier_s = before.get(number).map_or(0.0, |(_, time_s)| *time_s);
             (name.clone(), (time_s - earlier_s) / elapsed.as_secs_f64())
         };
         let shares: Vec<(String, f64)> = after.iter().map(share).collect();
-        self.cores = shares.iter().map(|(_, share)| share).sum();
-        self.busiest = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-        self.round_trip = std::mem::take(&mut self.so_far);
-        self.clone()
+        let cores = shares.iter().map(|(_, share)| share).sum();
+        let busiest = shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+        Self { cores, busiest, round_trip }
     }
 
     fn is_near_limit(&self) -> bool {
@@ -181,7 +178,8 @@ impl fmt::Display for RouterLoad {
 /// Over HTTP.
 struct RouterHealth {
     pulse: Arc<Pulse>,
-    load: Arc<Mutex<RouterLoad>>,
+    /// None until the first interval has ended.
+    load: Arc<Mutex<Option<RouterLoad>>>,
 }
 
 impl Subject for RouterHealth {
@@ -191,9 +189,10 @@ impl Subject for RouterHealth {
 
     fn ready(&self) -> HealthCondition {
         let live = self.live();
-        match live.well {
-            true => HealthCondition::well(format!("{FORWARDING}; {}", self.load.lock())),
-            false => live,
+        match &*self.load.lock() {
+            _ if !live.well => live,
+            Some(load) => HealthCondition::well(format!("{FORWARDING}; {load}")),
+            None => HealthCondition::well(FORWARDING),
         }
     }
 
@@ -202,10 +201,11 @@ impl Subject for RouterHealth {
         let load = self.load.lock().clone();
         render(Vec::new(), move |sheet| {
             process.write(sheet)?;
-            let help = "Share of a core of the thread that has the most to do; near 1 the router limits the network.";
+            let Some(load) = &load else { return Ok(()) };
+            let help = "Share of a core that the busiest thread uses; near 1 the router limits the network.";
             sheet.gauge("trusswatch_router_busiest_thread", help, load.busiest.1)?;
             let help =
-                "Longest time of a query through the router's own tables in the latest seconds.";
+                "Longest time of a query through the router's own tables in the latest interval.";
             sheet.seconds("trusswatch_router_round_trip", help, Some(load.round_trip.as_secs_f64()))
         })
     }
@@ -245,16 +245,17 @@ mod tests {
 
     #[test]
     fn the_thread_that_has_no_time_left_is_named() {
-        let mut load = RouterLoad::default();
-        load.note_round_trip(Duration::from_millis(2));
-        let quiet = load.end(&times([1.0, 2.0]), &times([1.5, 3.0]), Duration::from_secs(5));
+        let (elapsed, ms) = (Duration::from_secs(5), Duration::from_millis);
+        let load = |before, after, round_trip| {
+            RouterLoad::new(&times(before), &times(after), elapsed, round_trip)
+        };
+        let quiet = load([1.0, 2.0], [1.5, 3.0], ms(2));
         assert!(!quiet.is_near_limit());
         let words = "0.30 of a core, 0.20 of it in the thread `tx-0`, a query takes 2.0 ms";
         assert_eq!(quiet.to_string(), words);
-        let busy = load.end(&times([1.5, 3.0]), &times([2.0, 7.9]), Duration::from_secs(5));
-        assert!(busy.is_near_limit() && busy.round_trip.is_zero(), "{busy:?}");
-        load.note_round_trip(Duration::from_millis(80));
-        let slow = load.end(&times([2.0, 7.9]), &times([2.0, 7.9]), Duration::from_secs(5));
+        let busy = load([1.5, 3.0], [2.0, 7.9], Duration::ZERO);
+        assert!(busy.is_near_limit(), "{busy:?}");
+        let slow = load([2.0, 7.9], [2.0, 7.9], ms(80));
         assert!(slow.is_near_limit(), "{slow:?}");
     }
 }
