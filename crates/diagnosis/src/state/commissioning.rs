@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use vocabulary::{Component, ComponentPath, ModuleName};
 
-use super::gaussian::{Gaussian, SnippetValues};
+use super::gaussian::{Gaussian, Inverses, SnippetValues};
 use super::reconstruction::{ReconstructionError, ReconstructionNoise, errors};
 use super::reference::{
     ForceRange, GageReference, MeansReference, REFERENCE_VERSION, Reference, residual_settings,
@@ -252,11 +252,12 @@ fn largest_left_out(
         let is_seen = |one: &&SnippetValues| {
             seen.iter().all(|(place, range)| range.contains(&one.values[*place]))
         };
+        let mut inverses = Inverses::default();
         for one in observations.iter().filter(is_out).filter(is_seen) {
             let known = one.values.iter().zip(there);
             let known: Vec<f64> =
                 known.map(|(value, there)| if *there { *value } else { f64::NAN }).collect();
-            let Some(comparison) = gaussian.compare(&known) else { continue };
+            let Some(comparison) = gaussian.compare_with(&known, &mut inverses) else { continue };
             let departures = candidates.iter().filter_map(|k| comparison.departure(*k));
             let most = departures.map(|departure| departure.predicted).fold(0.0, f64::max);
             let of_snippet: &mut f64 = largest.entry(one.snippet).or_default();

@@ -1,6 +1,7 @@
 //! Converts a module's samples from any source to the means of its windows.
 
 use diagnosis::state::{WindowLength, WindowMeans};
+use diagnosis::divergence::{DivergenceSettings, Interval};
 use diagnosis::{Action, Diagnoser, Measurements, ModuleSetup};
 use vocabulary::Step;
 
@@ -14,6 +15,9 @@ pub const SETTLING_S: f64 = 2.5;
 const LONGEST_GAP_S: f64 = 0.1;
 /// A threshold that no divergence reaches, so that nothing is judged and no peer is queried.
 const OUT_OF_REACH: f64 = f64::MAX;
+/// The cheapest divergence: means of windows do not depend on it.
+const ANY_DIVERGENCE: DivergenceSettings =
+    DivergenceSettings { window: 1, lag: 1, interval: Interval::Growing };
 
 /// Processes the samples of one module, and keeps the means of its windows.
 #[derive(Debug)]
@@ -28,13 +32,14 @@ pub struct WindowCollector {
 }
 
 impl WindowCollector {
-    /// Starts without samples. Thresholds and reference in `setup` are ignored.
+    /// Starts without samples. Thresholds, divergence and reference in `setup` are ignored.
     ///
     /// # Errors
     /// The setup is invalid.
     pub fn new(setup: &ModuleSetup) -> Result<Self, StudyError> {
         let mut setup = ModuleSetup { reference: None, ..setup.clone() };
         setup.thresholds.fill(OUT_OF_REACH);
+        setup.detection.divergence = ANY_DIVERGENCE;
         Ok(Self {
             step_s: setup.step_s,
             diagnoser: diagnoser(setup).map_err(RigError::from)?,
