@@ -411,19 +411,23 @@ impl Identifying {
         }
         let from = onset.minus(self.sampling.steps(LEARN_S));
         let before = onset.minus(self.sampling.steps(BEFORE_S));
-        let rows: Vec<Vec<f64>> = channels
-            .recent()
-            .rows(from, before)
-            .map(|row| [row.residuals_m(), row.forces_n()].concat())
-            .filter(|row| row.iter().all(|value| value.is_finite()))
-            .collect();
-        if rows.len() < LEAST_LEARNT {
+        let most = before.since(from) as usize + 1;
+        let mut values = Vec::with_capacity(most * self.layout.channels());
+        let mut rows = 0;
+        for row in channels.recent().rows(from, before) {
+            let of_row = [row.residuals_m(), row.forces_n()];
+            if of_row.iter().all(|some| some.iter().all(|value| value.is_finite())) {
+                of_row.iter().for_each(|some| values.extend_from_slice(some));
+                rows += 1;
+            }
+        }
+        if rows < LEAST_LEARNT {
             return None;
         }
         let of_gages = self.noise_m[self.layout.actuators..].iter();
         let least: Vec<f64> =
             of_gages.chain(&self.noise_m[..self.layout.actuators]).copied().collect();
-        Some(Gaussian::of_rows(&rows, &least))
+        Some(Gaussian::of_rows(values.chunks_exact(least.len()), &least))
     }
 }
 

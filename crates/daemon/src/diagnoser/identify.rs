@@ -1,11 +1,12 @@
 //! Identifies faults, their kind and size, on a thread of its own: it takes milliseconds, for which the diagnosis does not
 //! wait.
 
+use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use diagnosis::identification::{Excerpt, IdentificationResult, identify};
+use diagnosis::identification::{Excerpt, IdentificationResult, identify_in_pieces};
 use shell::clock;
 use shell::runtime::contained;
 use shell::supervision::{Crew, Lane};
@@ -19,6 +20,14 @@ use diagnosis::messages::Speaker;
 
 /// Requests that may wait. Each is superseded by the next one of its component.
 const WAITING: usize = 64;
+
+/// The kernel lets a thread go on for some milliseconds although others have something to do; this one, no longer than that.
+const PIECE: Duration = Duration::from_micros(200);
+
+thread_local! {
+    /// When the thread last let others go first.
+    static YIELDED: Cell<Option<Instant>> = const { Cell::new(None) };
+}
 
 /// The thread's queue.
 #[derive(Debug)]
@@ -73,15 +82,23 @@ impl Worker {
     fn run(&self, requests: &Receiver<Box<Excerpt>>, lane: &Lane) {
         while let Ok(excerpt) = requests.recv() {
             lane.begin();
-            if let Some(found) =
-                attempt(&self.tally, &excerpt.component, || identify(&excerpt, None))
-            {
+            let identify = || identify_in_pieces(&excerpt, None, let_others_go_first);
+            if let Some(found) = attempt(&self.tally, &excerpt.component, identify) {
                 let message = self.speaker.identification(found, clock::unix_ns());
                 // Without room for it the next one tells the same.
                 self.outbox.event(OutgoingEvent::Identification(Box::new(message)));
             }
             lane.rest();
         }
+    }
+}
+
+/// Samples, answers and verdicts go first, where all processors are busy.
+fn let_others_go_first() {
+    let is_due = YIELDED.get().is_none_or(|last| last.elapsed() > PIECE);
+    if is_due {
+        std::thread::yield_now();
+        YIELDED.set(Some(Instant::now()));
     }
 }
 

@@ -26,10 +26,12 @@ use vocabulary::{
     Candidate, Component, FaultSize, IdentifiedKind, RunId, SignaturePoint, Step, fault::FaultKind,
 };
 
+use cylinder::balance::OilBalance;
 pub use excerpt::Excerpt;
 pub(crate) use excerpt::{
     CylinderSeries, CylinderStep, FaultOnset, GageSeries, GageStep, MeasuredSeries,
 };
+use gage::record::GageRecord;
 pub(crate) use level::Prior;
 use level::Weighed;
 use mixture::Mixture;
@@ -85,12 +87,23 @@ impl IdentificationResult {
 /// diagnoser passes `None`.
 #[must_use]
 pub fn identify(excerpt: &Excerpt, without: Option<FaultKind>) -> IdentificationResult {
+    identify_in_pieces(excerpt, without, || ())
+}
+
+/// Identifies a fault in the same way, and calls `pause` again and again, where a thread beside others that are in a hurry
+/// can let them go first: it takes milliseconds in all.
+#[must_use]
+pub fn identify_in_pieces(
+    excerpt: &Excerpt,
+    without: Option<FaultKind>,
+    pause: fn(),
+) -> IdentificationResult {
     let watched_s = excerpt.as_of.since(excerpt.seen.detection()) as f64 * excerpt.step_s;
     let is_early = watched_s < NONE_FROM_S;
     let (candidates, signature) = match &excerpt.measured {
-        MeasuredSeries::Gage(series) => gage::record::GageRecord::new(excerpt, series)
+        MeasuredSeries::Gage(series) => GageRecord::new(excerpt, series, pause)
             .map(|record| weigh(&record, &gage::HYPOTHESES, without, is_early)),
-        MeasuredSeries::Cylinder(series) => cylinder::balance::OilBalance::new(excerpt, series)
+        MeasuredSeries::Cylinder(series) => OilBalance::new(excerpt, series, pause)
             .map(|balance| weigh(&balance, &cylinder::HYPOTHESES, without, is_early)),
         MeasuredSeries::Displaced(channel) => {
             channel.fit().map(|fitted| (vec![fitted.candidate()], Vec::new()))

@@ -51,9 +51,10 @@ impl Gaussian {
         let mean: Vec<f64> = (0..size).map(mean_of).collect();
         // Of each value with those up to itself; by observations, for these are in memory one after another.
         let mut products: Vec<Vec<f64>> = (0..size).map(|place| vec![0.0; place + 1]).collect();
+        let mut off = vec![0.0; size];
         for one in observations {
-            let off: Vec<f64> =
-                one.values.iter().zip(&mean).map(|(value, mean)| value - mean).collect();
+            let values = one.values.iter().zip(&mean);
+            off.iter_mut().zip(values).for_each(|(off, (value, mean))| *off = value - mean);
             for (own, row) in off.iter().zip(&mut products) {
                 row.iter_mut().zip(&off).for_each(|(sum, other)| *sum += own * other);
             }
@@ -86,9 +87,9 @@ impl Gaussian {
     }
 
     /// Learns from single rows of one stretch of time.
-    pub(crate) fn of_rows(rows: &[Vec<f64>], least: &[f64]) -> Self {
+    pub(crate) fn of_rows<'a>(rows: impl Iterator<Item = &'a [f64]>, least: &[f64]) -> Self {
         let observations: Vec<_> =
-            rows.iter().map(|values| SnippetValues { snippet: 0, values }).collect();
+            rows.map(|values| SnippetValues { snippet: 0, values }).collect();
         Self::learn(&observations, least)
     }
 

@@ -1,7 +1,7 @@
 //! Converts a module's samples from any source to the means of its windows.
 
-use diagnosis::state::{WindowLength, WindowMeans};
 use diagnosis::divergence::{DivergenceSettings, Interval};
+use diagnosis::state::{WindowLength, WindowMeans};
 use diagnosis::{Action, Diagnoser, Measurements, ModuleSetup};
 use vocabulary::Step;
 

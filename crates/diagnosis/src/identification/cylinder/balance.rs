@@ -69,6 +69,8 @@ pub(in crate::identification) struct OilBalance {
     pub(super) noise_m6: [f64; 2],
     walk_m6_per_s: [f64; 2],
     null_flow: Prior,
+    /// Called before each case that is weighed.
+    pause: fn(),
 }
 
 impl OilBalance {
@@ -76,6 +78,7 @@ impl OilBalance {
     pub(in crate::identification) fn new(
         excerpt: &Excerpt,
         series: &CylinderSeries,
+        pause: fn(),
     ) -> Option<Self> {
         let grouping = Grouping::of(excerpt);
         let h = series.hydraulics;
@@ -110,6 +113,7 @@ impl OilBalance {
             noise_m6,
             walk_m6_per_s: noise_m6.map(|noise| 0.01 * noise),
             null_flow: series.null_flow,
+            pause,
         };
         balance.walk_m6_per_s = balance.wandering(earliest.unwrap_or(0));
         (!balance.onsets.is_empty()).then_some(balance)
@@ -222,6 +226,7 @@ impl OilBalance {
     /// other, so this error cancels in the sum of both chambers. The sum and a weighted difference are filtered; the weights
     /// make their noise independent.
     pub(super) fn with_valve(&self, flow: &[f64], wrong: f64) -> LevelFilter<ALL> {
+        (self.pause)();
         let let_in = flows::oil(&self.hydraulics, &self.steps, flow);
         let mean = |of: &Range<usize>, k: usize| {
             let_in[of.clone()].iter().map(|oil| oil[k]).sum::<f64>() / of.len() as f64
@@ -330,6 +335,7 @@ impl OilBalance {
         walk_m6_per_s: impl Fn(usize) -> [f64; 2],
         at: impl Fn(usize, &BalancePoint) -> ([f64; 2], [f64; 2]),
     ) -> LevelFilter<ALL> {
+        (self.pause)();
         let mut levels = self.noise_m6.map(first_level);
         let mut before = self.points[0];
         for (place, point) in self.points.iter().enumerate().take(count) {
@@ -436,7 +442,7 @@ mod tests {
             seen: FaultOnset::Change { onset: Step(30), detection: Step(40) },
             measured: MeasuredSeries::Cylinder(series.clone()),
         };
-        OilBalance::new(&excerpt, &series).unwrap()
+        OilBalance::new(&excerpt, &series, || ()).unwrap()
     }
 
     /// What is weighed of a valve that let through what was commanded, with something added to what the chambers hold at the

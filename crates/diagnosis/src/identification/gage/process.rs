@@ -104,6 +104,7 @@ fn from_each_place(
     (deviation_m, time_s): (f64, f64),
     left_m: impl Fn(&GagePoint) -> f64,
 ) -> Vec<f64> {
+    (record.pause)();
     let points = &record.points;
     let mut logs = vec![f64::NEG_INFINITY; points.len()];
     let since_s = |place: usize| match place.checked_sub(1) {
@@ -145,6 +146,8 @@ fn from_each_place(
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use nalgebra::{DMatrix, DVector};
     use vocabulary::{RunId, Step};
 
@@ -180,7 +183,7 @@ mod tests {
     fn the_likelihood_from_each_place_on_is_that_of_the_joint_normal() {
         let excerpt = excerpt(1e-3);
         let MeasuredSeries::Gage(series) = &excerpt.measured else { panic!("a gage") };
-        let record = GageRecord::new(&excerpt, series).unwrap();
+        let record = GageRecord::new(&excerpt, series, || ()).unwrap();
         let wandering = &record.wanderings[0];
         let size = (20.0, 0.03);
         let logs = from_each_place(&record, wandering, 0, size, |point| point.off_m);
@@ -209,6 +212,16 @@ mod tests {
         let found = identification::identify(&excerpt(0.02), None);
         let decided = found.decided().unwrap_or_else(|| panic!("{found:?}"));
         assert_eq!((decided.kind, decided.size), (IdentifiedKind::NoneOfThese, None));
+    }
+
+    #[test]
+    fn in_pieces_the_result_is_the_same_and_others_are_let_go_first_many_times() {
+        thread_local!(static PAUSES: Cell<u32> = const { Cell::new(0) });
+        let pause: fn() = || PAUSES.set(PAUSES.get() + 1);
+        let excerpt = excerpt(1e-3);
+        let in_pieces = identification::identify_in_pieces(&excerpt, None, pause);
+        assert_eq!(in_pieces, identification::identify(&excerpt, None));
+        assert!(PAUSES.get() > 100, "{} pauses", PAUSES.get());
     }
 
     #[test]

@@ -101,11 +101,17 @@ pub(in crate::identification) struct GageRecord {
     earliest: usize,
     pub(super) onsets: Vec<Onset>,
     axis: SearchAxis,
+    /// Called before each case that is weighed.
+    pub(super) pause: fn(),
 }
 
 impl GageRecord {
     /// `None` without a single usable value.
-    pub(in crate::identification) fn new(excerpt: &Excerpt, series: &GageSeries) -> Option<Self> {
+    pub(in crate::identification) fn new(
+        excerpt: &Excerpt,
+        series: &GageSeries,
+        pause: fn(),
+    ) -> Option<Self> {
         let grouping = Grouping::of(excerpt);
         let steps = &series.steps;
         let points = points(&grouping, steps, &series.seconds);
@@ -132,6 +138,7 @@ impl GageRecord {
             wanderings: Vec::new(),
             earliest: earliest.unwrap_or(0),
             onsets,
+            pause,
         };
         record.wanderings = record.likely_wanderings(series.level_m);
         (!record.onsets.is_empty()).then_some(record)
@@ -154,7 +161,10 @@ impl GageRecord {
         let mut all = Mixture::default();
         let shares: f64 = wanderings.iter().map(|wandering| wandering.share).sum();
         for wandering in wanderings {
-            let cases = self.axis.integrate(|place| weigh(&self.onsets[place], wandering));
+            let cases = self.axis.integrate(|place| {
+                (self.pause)();
+                weigh(&self.onsets[place], wandering)
+            });
             all.extend(cases, wandering.share / shares);
         }
         all

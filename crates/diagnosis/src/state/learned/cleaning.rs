@@ -130,7 +130,10 @@ fn chosen(windows: &[Vec<f64>], which: &[bool]) -> Vec<Vec<f64>> {
 
 fn gaussian(rows: &[Vec<f64>]) -> Option<Gaussian> {
     let channels = rows.first()?.len();
-    let mut gaussian = Gaussian::of_rows(rows, &vec![f64::MIN_POSITIVE.sqrt(); channels]);
+    let mut gaussian = Gaussian::of_rows(
+        rows.iter().map(Vec::as_slice),
+        &vec![f64::MIN_POSITIVE.sqrt(); channels],
+    );
     gaussian.correlations.iter_mut().flatten().for_each(|r| *r *= 1.0 - SHRINKAGE);
     Some(gaussian)
 }
