@@ -520,7 +520,7 @@ def no_link_breaks(machines):
     """A broken link is re-established; only the journal shows that it broke."""
     def step():
         shown = modules(machines["ground"])
-        return shown and min(module["step"] for module in shown["modules"])
+        return shown and min(module["step"] or 0 for module in shown["modules"])
     since = {name: machine.do("date", "+%Y-%m-%d %H:%M:%S").strip() for name, machine in machines.items()}
     start = until("a step", step)
     until("more steps", lambda: (step() or 0) >= start + UNBROKEN_STEPS)
