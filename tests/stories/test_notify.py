@@ -7,6 +7,7 @@ import email.policy
 import http.server
 import json
 import os
+import re
 import shutil
 import signal
 import threading
@@ -18,6 +19,7 @@ import pytest
 from aiosmtpd.controller import Controller
 from conftest import LIMIT_S, PROGRAMS, ROOT, cannot, free_ports, needs, trusswatch, until
 from playwright.sync_api import expect, sync_playwright
+from test_terminal import Terminal
 
 ALERTMANAGER = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "trusswatch/prometheus/usr/bin/prometheus-alertmanager"
 # From the command that makes the fault to Alertmanager's recipient, and from the verdict to the other recipients.
@@ -141,8 +143,19 @@ def order(link, *words):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path):
+@pytest.fixture
+def terminal(tmp_path):
+    needs("tmux")
+    folder = tmp_path / "terminal"
+    folder.mkdir()
+    terminal = Terminal(folder)
+    yield terminal
+    terminal.end()
+
+
+def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path, terminal):
     rig, configs, link, notify = tower
+    terminal.view(rig.endpoints()[1])
     webhook, ntfy, mail, people = HttpSink(), HttpSink(), MailSink(), HttpSink()
     alertmanager = Alertmanager(rig, tmp_path, people.url)
     [health] = free_ports(1)
@@ -183,10 +196,13 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path):
     # One incident everywhere, however many effects it has.
     shown = json.loads(trusswatch("faults", "--json", *link))
     assert incident in [row["incident"] for row in shown["incidents"]]
+    screen = terminal.shows(rf"▲ +{COMPONENT} +latched")
+    assert len(re.findall(rf"▲ +{COMPONENT}", screen)) == 1, screen
 
     # Killed and started again, nobody is told twice, and nobody is forgotten.
-    for name in "notify", "module1", "module2", "web":
+    for name in "notify", "module1", "module2", "web", "plant":
         rig.end(name, signal.SIGKILL)
+    rig.plant(configs)
     rig.diagnoser("module1", configs)
     rig.diagnoser("module2", configs)
     notify(*words)
@@ -199,6 +215,7 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path):
         row.get_by_role("button", name="Acknowledge").tap()
         expect(page_of_ada.locator(".message")).to_contain_text("acknowledged")
     until("Alertmanager is quiet", lambda: alertmanager.alerts() == {incident: "suppressed"})
+    terminal.shows(rf"△ +{COMPONENT} +acknowledged")
 
     # A recipient that is down for a while is told later; the health says so.
     webhook.status = 500

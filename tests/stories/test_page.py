@@ -109,9 +109,11 @@ def test_an_operator_handles_faults_on_the_page(site):
     ada_shelves(adas)
     expect(attention(page, GAGE)).to_contain_text("ada (through web)")
     background = hidden(site)
+    listening = who_wants_signals(site)
     site.inject(OTHER, -8e-5)
     expect(attention(page, OTHER)).to_contain_text("bias of", timeout=10_000)
     expect(background).to_have_title(re.compile(r"^\([2-9]\) "))
+    a_further_alarm_is_signalled_once(listening)
     every_look_is_accessible_and_fits(site)
     the_wall_is_read_from_afar_on_one_screen(site)
     phone = grace_acknowledges_on_her_phone(site)
@@ -208,12 +210,41 @@ def hidden(site):
     return page
 
 
+def who_wants_signals(site):
+    """A page that notifies by the browser and with a sound, of further alarms only."""
+    page = site.page(permissions=["notifications"])
+    page.add_init_script("""
+        window.signals = [];
+        window.Notification = class extends Notification {
+            constructor(title, options) { super(title, options); signals.push(`${title}: ${options.body}`); }
+        };
+        const start = OscillatorNode.prototype.start;
+        OscillatorNode.prototype.start = function (...at) { signals.push("tone"); return start.apply(this, at); };
+    """)
+    page.reload()
+    expect(page).to_have_title(re.compile(r"^\(1\) "))
+    page.get_by_label("Signal of new alarms").select_option("sound")
+    # Whoever turns the sound on hears it.
+    page.wait_for_function("signals.length === 3")
+    return page
+
+
+def a_further_alarm_is_signalled_once(page):
+    page.wait_for_function("signals.length >= 7")
+    signals = page.evaluate("signals")
+    [said] = [signal for signal in signals if signal != "tone"]
+    assert re.match(r"\([2-9]\) ", said) and OTHER in said, signals
+    assert len(signals) == 7, signals
+    page.get_by_label("Signal of new alarms").select_option("off")
+    page.context.close()
+
+
 def every_look_is_accessible_and_fits(site):
     """Light and dark, desktop and phone; each saves a picture."""
     paths = {
         "overview": "/",
         "component": f"/component/{GAGE}",
-        "module": "/module/module1",
+        "module": "/module/module1?trend=hour",
         "history": "/history",
         "events": "/events",
         "report": "/report",

@@ -59,6 +59,10 @@ pub(crate) struct Arguments {
     /// Modules that should be present
     #[arg(long, value_name = "MODULE", num_args = 1.., value_delimiter = ',')]
     expect: Vec<ModuleName>,
+    /// A certificate of another process, such as the router: people are told 21 days before it expires, as of modules'
+    /// certificates and of this process's own; may be repeated
+    #[arg(long, value_name = "FILE")]
+    certificate: Vec<PathBuf>,
     /// Directory of open incidents and pending notifications
     #[arg(
         long,
@@ -82,6 +86,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
             "no recipients; give FILE, --webhook, --alertmanager, --ntfy or --mail",
         ));
     }
+    for file in &arguments.certificate {
+        pki::Certificate::read(file)
+            .map_err(|error| Failure::input(format!("{}: {error}", file.display())))?;
+    }
     let mut errors = ConfigErrors(Vec::new());
     let health: Option<SocketAddr> = arguments.health.address_or(None, &mut errors);
     let health = errors.or(health)?;
@@ -97,6 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Failure> {
         state_dir: arguments.state_dir.clone(),
         health,
         timeout: target.timeout,
+        certificates: arguments.certificate.clone(),
     };
     Ok(runtime::until_done(arguments.shutdown, |shutdown| ::notify::run(config, shutdown))?)
 }

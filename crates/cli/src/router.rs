@@ -12,8 +12,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
-use session::{Network, NetworkError, NetworkFlags};
+use session::{CertificateWatch, Network, NetworkError, NetworkFlags};
 use settings::ConfigErrors;
+use shell::clock::unix_ns;
 use shell::exit::{Failure, conclude};
 use shell::health::{
     HealthCondition, HealthFlags, Listening, ProcessReport, Subject, live, render, thread_times,
@@ -32,6 +33,8 @@ const FORWARDING: &str = "forwarding messages under access control";
 const EVERY: Duration = Duration::from_millis(250);
 /// Timeout of such a query.
 const TIMEOUT: Duration = Duration::from_secs(1);
+/// Interval of saying that a certificate expires soon.
+const REMIND_EVERY: Duration = Duration::from_secs(24 * 3600);
 /// Interval over which the load is measured.
 const LOAD_EVERY: Duration = Duration::from_secs(5);
 /// A thread with more than this share of a core is near the limit of the router,
@@ -70,7 +73,12 @@ fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
     runtime::until_done(ShutdownFlags::default(), |mut shutdown| async move {
         let supervisor = Supervisor::from_environment();
         let load = Arc::<Mutex<Option<RouterLoad>>>::default();
-        let subject = RouterHealth { pulse: supervisor.pulse(), load: Arc::clone(&load) };
+        let certificates = CertificateWatch::start(network.certificates());
+        let subject = RouterHealth {
+            pulse: supervisor.pulse(),
+            load: Arc::clone(&load),
+            certificates: certificates.clone(),
+        };
         let served = listening.serve(subject);
         let _server = served.map_err(|error| Failure::running("health cannot be served", error))?;
         supervisor.status(OPENING);
@@ -79,7 +87,7 @@ fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
         };
         tracing::info!("ready");
         supervisor.ready(FORWARDING);
-        serve(&session, &supervisor, &load, shutdown).await;
+        serve(&session, &supervisor, (&load, &certificates), shutdown).await;
         supervisor.stopping();
         session::close(&session).await;
         tracing::info!("stopped");
@@ -91,9 +99,11 @@ fn forward(network: &Network, health: &HealthFlags) -> Result<(), Failure> {
 async fn serve(
     session: &Session,
     supervisor: &Supervisor,
-    load: &Mutex<Option<RouterLoad>>,
+    (load, certificates): (&Mutex<Option<RouterLoad>>, &CertificateWatch),
     mut shutdown: Shutdown,
 ) {
+    // It was said at the start.
+    let mut reminded = Instant::now();
     let (mut measured, mut before, mut round_trip) =
         (Instant::now(), thread_times(), Duration::ZERO);
     let near_limit = Occurrences::default();
@@ -113,7 +123,12 @@ async fn serve(
             let present = RouterLoad::new(&before, &times, now - measured, round_trip);
             (measured, before, round_trip) = (now, times, Duration::ZERO);
             *load.lock() = Some(present.clone());
-            supervisor.status(&format!("{FORWARDING}; {present}"));
+            let expiring = certificates.expiring(unix_ns() / 1_000_000_000);
+            supervisor.status(&status(&present, &expiring));
+            if reminded.elapsed() >= REMIND_EVERY {
+                expiring.iter().for_each(|words| tracing::warn!("{words}"));
+                reminded = now;
+            }
             if let Some(times) = present.is_near_limit().then(|| near_limit.note(now)).flatten() {
                 tracing::warn!(
                     times,
@@ -127,6 +142,12 @@ async fn serve(
             () = tokio::time::sleep(EVERY) => {}
         }
     }
+}
+
+/// The load, and which certificates expire soon.
+fn status(load: &RouterLoad, expiring: &[String]) -> String {
+    let expiring: String = expiring.iter().map(|words| format!("; {words}")).collect();
+    format!("{FORWARDING}; {load}{expiring}")
 }
 
 /// Load of a router in an interval.
@@ -180,6 +201,7 @@ struct RouterHealth {
     pulse: Arc<Pulse>,
     /// None until the first interval has ended.
     load: Arc<Mutex<Option<RouterLoad>>>,
+    certificates: CertificateWatch,
 }
 
 impl Subject for RouterHealth {
@@ -191,16 +213,20 @@ impl Subject for RouterHealth {
         let live = self.live();
         match &*self.load.lock() {
             _ if !live.well => live,
-            Some(load) => HealthCondition::well(format!("{FORWARDING}; {load}")),
+            Some(load) => HealthCondition::well(status(
+                load,
+                &self.certificates.expiring(unix_ns() / 1_000_000_000),
+            )),
             None => HealthCondition::well(FORWARDING),
         }
     }
 
     fn metrics(&self) -> Result<String, fmt::Error> {
         let process = ProcessReport::read(self.pulse.sign(Instant::now()));
-        let load = self.load.lock().clone();
+        let (load, until_unix_s) = (self.load.lock().clone(), self.certificates.until_unix_s());
         render(Vec::new(), move |sheet| {
             process.write(sheet)?;
+            sheet.certificate_expiry(until_unix_s)?;
             let Some(load) = &load else { return Ok(()) };
             let help = "Share of a core that the busiest thread uses; near 1 the router limits the network.";
             sheet.gauge("trusswatch_router_busiest_thread", help, load.busiest.1)?;

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use observer::NetworkState;
 use observer::calls::{Calls, OpenIncident};
 use parking_lot::Mutex;
-use session::Network;
 use session::client::Live;
+use session::{CertificateWatch, Network};
 use shell::clock::unix_ns;
 use shell::exit::Failure;
 use shell::health::{HealthCondition, Listening, ProcessReport, Subject, live, render};
@@ -60,6 +60,8 @@ pub struct NotifyConfig {
     pub health: Option<SocketAddr>,
     /// Timeout for opening a session.
     pub timeout: Duration,
+    /// Certificates of other processes: people are told when they expire soon, as of this process's own.
+    pub certificates: Vec<PathBuf>,
 }
 
 /// Observes and tells until shutdown.
@@ -114,7 +116,10 @@ async fn observe(
         supervisor.progress();
         supervisor.status(&desk.status());
         let scene = observed.scene();
-        desk.change(|calls| calls.observe(&scene, unix_ns(), escalate_after_ns));
+        let (now, shown) = (unix_ns(), desk.certificates.shown());
+        desk.change(|calls| {
+            calls.observe_certificates(&shown, now) | calls.observe(&scene, now, escalate_after_ns)
+        });
         desk.connection(&scene.network);
         tokio::select! {
             () = shutdown.requested() => {}
@@ -207,6 +212,7 @@ struct Desk {
     /// Why the state cannot be written, if so.
     unsaved: Mutex<Option<String>>,
     network: Mutex<Option<String>>,
+    certificates: CertificateWatch,
     pulse: Arc<Pulse>,
 }
 
@@ -225,6 +231,9 @@ impl Desk {
             state_dir: config.state_dir.clone(),
             unsaved: Mutex::new(None),
             network: Mutex::new(Some("opening a session".to_owned())),
+            certificates: CertificateWatch::start(
+                [config.network.certificates(), config.certificates.clone()].concat(),
+            ),
             pulse,
         }
     }
@@ -366,8 +375,10 @@ impl Subject for Health {
             .collect();
         drop(attempts);
         let is_connected = u64::from(desk.network.lock().is_none());
+        let until_unix_s = desk.certificates.until_unix_s();
         render(Vec::new(), move |sheet| {
             process.write(sheet)?;
+            sheet.certificate_expiry(until_unix_s)?;
             let help = "Whether it is connected to the network.";
             sheet.gauge("trusswatch_notify_connected", help, is_connected)?;
             sheet.gauge(

@@ -10,7 +10,10 @@ use serde::{Deserialize, Serialize};
 use vocabulary::words::printable;
 use vocabulary::{ComponentPath, FaultState, ModuleName, StructureName};
 
-use crate::{ModuleView, NetworkState, Scene, StateRow, Urgency, alarms, known_identification};
+use crate::{
+    ModuleView, NetworkState, Scene, ShownCertificate, StateRow, Urgency, alarms,
+    known_identification,
+};
 
 const SECOND_NS: u64 = 1_000_000_000;
 /// For how long a fault's kind is waited for \[ns\].
@@ -21,6 +24,10 @@ const LASTING_NS: u64 = 10 * SECOND_NS;
 const MOST_PENDING: usize = 10_000;
 /// Name of the incident that nothing is heard.
 const MONITORING: &str = "monitoring";
+/// What the keys of certificates that are not a module's begin with.
+const CERTIFICATE: &str = "certificate of ";
+/// What to do about a certificate that expires.
+const RENEW: &str = "renew it: trusswatch pki renew";
 
 /// How grave an incident is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -52,11 +59,11 @@ pub struct CalledIncident {
     pub severity: Severity,
     /// The structure, if known.
     pub structure: Option<StructureName>,
-    /// The module; `None` if nothing is heard.
+    /// The module; `None` if nothing is heard, and of certificates of other processes.
     pub module: Option<ModuleName>,
     /// The component; `None` if it is about a module.
     pub component: Option<ComponentPath>,
-    /// The component, the module or `monitoring`.
+    /// The component, the module, the holder of a certificate, or `monitoring`.
     pub name: String,
     /// Its state in words.
     pub state: String,
@@ -226,6 +233,26 @@ impl Calls {
         self.number > before
     }
 
+    /// Takes the certificates of processes that are no modules: people are told when they expire soon. Call it before
+    /// [`Calls::observe`]. Returns whether there are new calls.
+    pub fn observe_certificates(&mut self, shown: &[ShownCertificate], now: u64) -> bool {
+        let before = self.number;
+        let mut present = BTreeSet::new();
+        for certificate in shown {
+            let Some(words) = certificate.expiring(now / SECOND_NS) else { continue };
+            let key = format!("{CERTIFICATE}{}", certificate.name);
+            present.insert(key.clone());
+            let incident = expiring(certificate, None, format!("certificate {words}"), now);
+            self.see(key, incident, (false, false), now);
+        }
+        let renewed = |key: &&String| key.starts_with(CERTIFICATE) && !present.contains(*key);
+        let renewed: Vec<String> = self.open.keys().filter(renewed).cloned().collect();
+        for key in renewed {
+            self.resolve(&key, now);
+        }
+        self.number > before
+    }
+
     fn observe_modules(&mut self, scene: &Scene, now: u64) {
         let mut present = BTreeSet::new();
         for row in alarms(&scene.modules) {
@@ -258,21 +285,12 @@ impl Calls {
             let Some(words) = module.expiring_certificate() else { continue };
             let key = format!("{} certificate", module_name(module));
             let until = module.status.as_ref().and_then(|status| status.certificate_until_unix_s);
-            let incident = CalledIncident {
-                id: format!("{}@certificate-{}", module_name(module), until.unwrap_or_default()),
-                severity: Severity::Warning,
-                structure: module.structure.clone(),
-                module: Some(module.module.clone()),
-                component: None,
-                name: module.module.to_string(),
-                state: words,
-                kind: String::new(),
-                extent: String::new(),
-                why: "renew it: trusswatch pki renew".to_owned(),
-                since_unix_ns: now,
+            let shown = ShownCertificate {
+                name: module_name(module),
+                until_unix_s: until.unwrap_or_default(),
             };
             present.insert(key.clone());
-            self.see(key, incident, (false, false), now);
+            self.see(key, expiring(&shown, Some(module), words, now), (false, false), now);
         }
         let over = |(key, open): (&String, &OpenIncident)| {
             let is_over = !present.contains(key) && is_over(scene, &open.incident);
@@ -408,7 +426,8 @@ fn module_name(module: &ModuleView) -> String {
 
 /// Whether an incident is known to be over: what is not known at present is not over.
 fn is_over(scene: &Scene, incident: &CalledIncident) -> bool {
-    let Some(module) = &incident.module else { return true };
+    // These have functions of their own.
+    let Some(module) = &incident.module else { return false };
     let Some(view) = scene.module(incident.structure.as_ref(), module) else { return false };
     let Some(component) = &incident.component else { return view.answers() };
     if !view.is_in_service() {
@@ -420,6 +439,28 @@ fn is_over(scene: &Scene, incident: &CalledIncident) -> bool {
         let is_compared = state.condition.is_some();
         !state.state().is_fault() && (is_told || is_compared)
     })
+}
+
+/// A certificate expires soon: of a module, or of another process.
+fn expiring(
+    shown: &ShownCertificate,
+    module: Option<&ModuleView>,
+    words: String,
+    now: u64,
+) -> CalledIncident {
+    CalledIncident {
+        id: format!("{}@certificate-{}", shown.name, shown.until_unix_s),
+        severity: Severity::Warning,
+        structure: module.and_then(|module| module.structure.clone()),
+        module: module.map(|module| module.module.clone()),
+        component: None,
+        name: module.map_or_else(|| shown.name.clone(), |module| module.module.to_string()),
+        state: words,
+        kind: String::new(),
+        extent: String::new(),
+        why: RENEW.to_owned(),
+        since_unix_ns: now,
+    }
 }
 
 /// Nothing is heard.
@@ -573,6 +614,34 @@ mod tests {
         assert!(words(1).starts_with("its certificate expires in a day ("), "{}", words(1));
         assert!(words(0).starts_with("its certificate expires within a day ("), "{}", words(0));
         assert!(words(-2).starts_with("its certificate has expired ("), "{}", words(-2));
+    }
+
+    #[test]
+    fn certificates_of_other_processes_are_told_of_whether_or_not_anything_is_heard() {
+        let shown = |days: u64| ShownCertificate {
+            name: "router.ground.tower".to_owned(),
+            until_unix_s: 2_000_000_060 + days * 86_400,
+        };
+        let cut_off =
+            Scene { network: NetworkState::CutOff(0), ..with(component(FaultState::Normal)) };
+        let mut calls = calls();
+        let mut observe = |days, second: u64| {
+            let now = (2_000_000_000 + second) * SECOND_NS;
+            let scene =
+                if second < 30 { with(component(FaultState::Normal)) } else { cut_off.clone() };
+            let is_news =
+                calls.observe_certificates(&[shown(days)], now) | calls.observe(&scene, now, None);
+            let told = told(&mut calls);
+            assert_eq!(is_news, !told.is_empty());
+            told
+        };
+        let told: Vec<_> = (0..29).flat_map(|second| observe(20, second)).collect();
+        let title =
+            "router.ground.tower: certificate expires in 20 days (2033-06-07T03:34:20.000Z)";
+        assert_eq!(told, [(Occasion::Opened, title.to_owned())]);
+        // What is not heard is no reason to forget it.
+        assert_eq!(observe(20, 30), []);
+        assert_eq!(observe(365, 31), [(Occasion::Resolved, title.to_owned())]);
     }
 
     #[test]

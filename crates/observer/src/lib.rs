@@ -8,14 +8,17 @@
 //! | `feed` | verdicts, kinds of faults, phases and presence, each once and in order; asks for missed transitions |
 //! | `trend` | how margins develop: summaries in a fixed space, forecasts |
 //! | `calls` | what people have to be told of incidents, and who has been told |
+//! | `certificate` | certificates that expire soon |
 //! | `testing` | made-up messages and views, for tests |
 
 pub mod calls;
+mod certificate;
 pub mod feed;
 pub mod testing;
 pub mod trend;
 mod view;
 
+pub use certificate::ShownCertificate;
 pub use view::{
     Belonging, ComponentId, Contradiction, CountedLine, Counts, DetectionFacts, EventLine,
     HistoryGap, JournalEntry, JournalHealth, Journals, ModuleHistory, ModuleId, ModuleView,

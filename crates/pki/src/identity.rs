@@ -11,7 +11,7 @@ use rustls::pki_types::{PrivateKeyDer, UnixTime};
 use rustls::server::WebPkiClientVerifier;
 use rustls::sign::CertifiedKey;
 use rustls::{InconsistentKeys, RootCertStore};
-use time::{Duration, OffsetDateTime};
+use time::OffsetDateTime;
 
 use crate::address::Address;
 use crate::certificate::Certificate;
@@ -149,13 +149,6 @@ impl Identity {
             found(&self.key, wrong);
         }
         problems
-    }
-
-    /// Remaining days of validity, if the certificate expires soon.
-    #[must_use]
-    pub fn ends_soon(&self) -> Option<i64> {
-        let left = Certificate::read(&self.certificate).ok()?.lifetime.last_part_left(now());
-        left.map(Duration::whole_days)
     }
 
     fn wrong_with_key(&self, certificate: Option<&Certificate>) -> Vec<FileProblem> {

@@ -74,10 +74,8 @@ fn an_issued_identity_names_its_holder_and_has_no_problem() {
     let certificate = Certificate::read(&identity.certificate).unwrap();
     assert_eq!(certificate.common_name.as_deref(), Some("module1.tower"));
     assert_eq!(certificate.addresses.len(), 2);
-    assert_eq!(identity.ends_soon(), None);
     let observer = bench.issue("observer.wall", &[], lifetime(-50, 10));
     assert_eq!(observer.problems(Some(&name("observer.wall.tower")), &[]), []);
-    assert_eq!(observer.ends_soon(), Some(0));
     let holders: Vec<String> =
         bench.library().holders().unwrap().iter().map(ToString::to_string).collect();
     assert_eq!(holders, ["module1", "observer.wall"]);

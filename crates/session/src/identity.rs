@@ -31,12 +31,20 @@ impl Network {
         }
     }
 
-    /// When the certificate of the process expires \[s since 1970\]; `None` without one, or if it cannot be read, which
-    /// the checks report.
+    /// The files of the certificates that the process shows on the network.
     #[must_use]
-    pub fn certificate_until_unix_s(&self) -> Option<u64> {
-        let certificate = Certificate::read(&self.identity()?.certificate).ok()?;
-        u64::try_from(certificate.lifetime.until.unix_timestamp()).ok()
+    pub fn certificates(&self) -> Vec<PathBuf> {
+        self.identities().into_iter().map(|identity| identity.certificate).collect()
+    }
+
+    /// The identity in the configuration, or those in its file of Zenoh settings.
+    fn identities(&self) -> Vec<Identity> {
+        if let Some(identity) = self.identity() {
+            return vec![identity];
+        }
+        // Another check reports a file that cannot be read.
+        let settings = self.zenoh.as_deref().and_then(|file| zenoh_file::from_file(file).ok());
+        settings.map(|config| zenoh_file::identities(&config)).unwrap_or_default()
     }
 
     /// Problems of the certificates that depend on the time.
@@ -104,9 +112,7 @@ impl Network {
         if let Some(identity) = self.identity() {
             return identity.problems(expected, &listening);
         }
-        // Another check reports a file that cannot be read.
-        let settings = self.zenoh.as_deref().and_then(|file| zenoh_file::from_file(file).ok());
-        let identities = settings.map(|config| zenoh_file::identities(&config)).unwrap_or_default();
+        let identities = self.identities();
         let all = identities.iter().flat_map(|identity| identity.problems(expected, &[]));
         all.collect()
     }

@@ -3,6 +3,7 @@
 use session::{Network, NetworkError};
 use zenoh::Session;
 
+use crate::clock::unix_ns;
 use crate::shutdown::Shutdown;
 
 /// Opens a session, unless shutdown is requested first. A client waits for its router without limit and blocks while
@@ -23,8 +24,8 @@ pub async fn open_unless(
     for problem in network.problems_of_time() {
         tracing::warn!("{problem}");
     }
-    if let Some(days) = network.identity().and_then(|identity| identity.ends_soon()) {
-        tracing::warn!("the certificate ends in {days} days; renew it with `trusswatch pki renew`");
+    for words in session::expiring(&network.certificates(), unix_ns() / 1_000_000_000) {
+        tracing::warn!("{words}; renew it with `trusswatch pki renew`");
     }
     let opening = tokio::spawn(async move { session::open(&wanted).await });
     tokio::select! {

@@ -9,6 +9,8 @@ use axum::middleware::{Next, from_fn_with_state};
 use axum::response::Response;
 use axum::routing::get;
 use maud::{Markup, html};
+use session::CertificateWatch;
+use shell::clock::unix_ns;
 use shell::shutdown::Shutdown;
 use vocabulary::words::printable;
 use vocabulary::{OperatorName, StructureName};
@@ -44,16 +46,22 @@ pub(crate) struct App {
     pub(crate) metrics: Metrics,
     /// The process that sends notifications.
     pub(crate) notifier: Notifier,
+    /// The certificates that the page shows to the network and to browsers.
+    pub(crate) certificates: CertificateWatch,
     /// Whether the process is shutting down, upon which open streams end.
     pub(crate) shutdown: Shutdown,
 }
 
 impl App {
-    /// What is wrong with the page itself: notifications that do not get through, records that cannot be kept.
+    /// What is wrong with the page itself: notifications that do not get through, records that cannot be kept,
+    /// certificates that expire soon.
     pub(crate) fn troubles(&self) -> Markup {
         let unkept = self.observed.records.problem();
         html! {
             (self.notifier.banner())
+            @for words in self.certificates.expiring(unix_ns() / 1_000_000_000) {
+                p.banner { (look::sign("unconfirmed")) "This page: " (printable(&words)) "; renew it: trusswatch pki renew" }
+            }
             @if let Some(problem) = unkept {
                 p.banner { (look::sign("unconfirmed")) "What this page hears is not kept: " (printable(&problem)) }
             }
@@ -112,4 +120,37 @@ async fn nothing(State(app): State<Shared>, viewer: Viewer) -> Response {
             p { "Page not found. Start from " a href="/" { "the overview" } "." }
         },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::listener::PageAccess;
+    use crate::tests::server::{PageServer, Setup};
+    use pki::{Authority, Holder, Library, Lifetime};
+
+    #[tokio::test(flavor = "multi_thread")]
+    async fn the_page_says_when_its_certificate_expires() {
+        let folder = tempfile::tempdir().unwrap();
+        let tower = "tower".parse().unwrap();
+        let authority = Authority::create(folder.path(), tower, Lifetime::of_days(400)).unwrap();
+        let troubles = |days| {
+            let holder: Holder = format!("operator.web{days}").parse().unwrap();
+            let place = Library::at(folder.path()).place_of(&holder);
+            authority.issue(&place, holder, &[], Lifetime::of_days(days)).unwrap();
+            let identity = pki::credentials::identity(&place);
+            let page = PageAccess {
+                page_certificate: Some(identity.certificate),
+                page_key: Some(identity.key),
+                ..PageAccess::default()
+            };
+            async move {
+                let page = PageServer::start(Setup { page, ..Setup::default() }).await;
+                page.shared.troubles().into_string()
+            }
+        };
+        let soon = troubles(20).await;
+        let words = "This page: the certificate operator.web20.tower expires in ";
+        assert!(soon.contains(words) && soon.contains("pki renew"), "{soon}");
+        assert_eq!(troubles(30).await, "");
+    }
 }

@@ -1,8 +1,11 @@
 //! Identifies a page that is kept up to date.
 
+use observer::trend::TrendSpan;
 use observer::{ComponentId, ModuleId, Scene};
 use serde::Deserialize;
 use vocabulary::{ComponentPath, ModuleName, StructureName};
+
+use crate::component::margins::words_of;
 
 /// A page that is kept up to date.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -22,6 +25,8 @@ pub(crate) struct PageParameters {
     page: String,
     of: Option<String>,
     structure: Option<String>,
+    /// Of a module's page: the span of its trends.
+    trend: Option<String>,
 }
 
 impl PageParameters {
@@ -29,6 +34,12 @@ impl PageParameters {
     pub(crate) fn structure(&self) -> Result<Option<StructureName>, String> {
         let parsed = self.structure.as_deref().map(str::parse).transpose();
         parsed.map_err(|error: vocabulary::NameError| format!("structure: {error}"))
+    }
+
+    /// The span of the trends, a day unless another is named.
+    pub(crate) fn trend(&self) -> TrendSpan {
+        let is_named = |span: &TrendSpan| self.trend.as_deref() == Some(words_of(*span).0);
+        TrendSpan::ALL.into_iter().find(is_named).unwrap_or(TrendSpan::Day)
     }
 
     /// The page, if its subject is in the scene, so that invented names cause no work.

@@ -38,8 +38,10 @@ pub(crate) async fn metrics(State(app): State<Shared>) -> Response {
     let counters = [requests, streams_refused, updates];
     let [requests, refused, updates] = counters.map(|counter| counter.load(Ordering::Relaxed));
     let (process, streams) = (ProcessReport::read(pulse.sign(Instant::now())), app.streams.open());
+    let until_unix_s = app.certificates.until_unix_s();
     metrics_response(render(Vec::new(), move |sheet| {
         process.write(sheet)?;
+        sheet.certificate_expiry(until_unix_s)?;
         sheet.counter("trusswatch_web_requests", "Requests.", requests)?;
         sheet.gauge("trusswatch_web_streams", "Pages that are kept up to date.", streams)?;
         let help = "Streams refused because too many were open.";

@@ -2,14 +2,15 @@
 
 use axum::extract::{Path, Query, State};
 use axum::response::Response;
-use maud::{Markup, html};
+use maud::{Markup, PreEscaped, html};
+use observer::trend::TrendSpan;
 use observer::{ModuleId, ModuleView, rows};
 use vocabulary::words::{NOTHING, printable};
-use vocabulary::{Component, ComponentPath, Margins, ModuleName, ModuleStatus, PeerStatus};
+use vocabulary::{Component, ComponentPath, FaultTransition, ModuleName, ModuleStatus, PeerStatus};
 
 use crate::access::Viewer;
 use crate::app::Shared;
-use crate::component::margins::{forecasts, meter};
+use crate::component::margins::{NAMES, drawing_of_module, forecasts, meter, words_of};
 use crate::forms;
 use crate::layout::{Page, not_reported, unknown};
 use crate::live_page::{LivePage, PageParameters};
@@ -29,9 +30,6 @@ const PEER_COLUMNS: [(&str, bool); 7] = [
     ("disputed", true),
     ("latest refusal", false),
 ];
-
-/// The tests of [`vocabulary::Margins`], as columns.
-const MARGIN_COLUMNS: [&str; Margins::TESTS.len()] = ["change", "mean", "oil content", "noise"];
 
 /// `/module/{name}`
 pub(crate) async fn page(
@@ -56,7 +54,7 @@ pub(crate) async fn page(
                 Some(structure) => app.observed.trends(structure, &module.module).await,
                 None => None,
             };
-            page.respond(&main(&view, &viewer, module, trends.as_deref()))
+            page.respond(&main(&view, &viewer, module, (trends.as_deref(), parameters.trend())))
         }
         Err(problem) => unknown(&viewer, &scene, &problem),
     }
@@ -79,7 +77,7 @@ fn main(
     view: &LinkedScene<'_>,
     viewer: &Viewer,
     module: &ModuleView,
-    trends: Option<&ModuleTrends>,
+    (trends, span): (Option<&ModuleTrends>, TrendSpan),
 ) -> Markup {
     let back = view.module(module.structure.as_ref(), &module.module);
     html! {
@@ -88,7 +86,8 @@ fn main(
         }
         h1 { (module.module) }
         div #module { (body(view, module)) }
-        @if let Some(trends) = trends { (coming_nearer(view, module, trends)) }
+        (coming_nearer(view, module, trends))
+        (developed(module, &back, trends, span))
         (forms::of_module(viewer, module, &back))
         p { a href={ "/history?module=" (module.module) } { "What its journal holds" } }
     }
@@ -122,7 +121,7 @@ fn margins(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -
         div.wide tabindex="0" role="region" aria-label="Margins" { table.margins {
             thead { tr {
                 th scope="col" { "component" }
-                @for name in MARGIN_COLUMNS { th scope="col" { (name) } }
+                @for name in NAMES { th scope="col" { (name) } }
             } }
             tbody { @for margins in &status.margins { tr {
                 th scope="row" {
@@ -136,23 +135,52 @@ fn margins(view: &LinkedScene<'_>, module: &ModuleView, status: &ModuleStatus) -
 }
 
 /// The components that come nearer to a limit, with the date.
-fn coming_nearer(view: &LinkedScene<'_>, module: &ModuleView, trends: &ModuleTrends) -> Markup {
-    let dated: Vec<_> = module
-        .components
-        .iter()
-        .flat_map(|known| {
-            let forecasts = forecasts(trends, &known.component.component);
-            forecasts.into_iter().map(move |forecast| (known, forecast))
-        })
-        .collect();
+fn coming_nearer(
+    view: &LinkedScene<'_>,
+    module: &ModuleView,
+    trends: Option<&ModuleTrends>,
+) -> Markup {
+    let of_one = |known: &'_ FaultTransition| {
+        trends.map_or_else(Vec::new, |trends| forecasts(trends, &known.component.component))
+    };
+    let with_dates = module.components.iter().map(|known| (known, of_one(known)));
+    let dated: Vec<_> = with_dates.filter(|(_, forecasts)| !forecasts.is_empty()).collect();
     html! {
         @if !dated.is_empty() {
             section {
                 h2 { "Coming nearer to a limit" }
-                ul.notes { @for (known, (test, forecast)) in &dated { li {
+                ul.notes { @for (known, forecasts) in &dated { @for (test, forecast) in forecasts { li {
                     a href=(view.component(Some(&known.structure), &known.component)) { (known.component) }
                     ", " (test) ": " (forecast.words())
-                } } }
+                } } } }
+            }
+        }
+    }
+}
+
+/// How the components came nearer to their limits over a span, drawn.
+fn developed(
+    module: &ModuleView,
+    page: &str,
+    trends: Option<&ModuleTrends>,
+    span: TrendSpan,
+) -> Markup {
+    let between = if page.contains('?') { '&' } else { '?' };
+    html! {
+        section #trends {
+            h2 { "How they developed over the last " (words_of(span).0) }
+            @match trends.filter(|trends| !trends.span(span).is_empty()) {
+                None => p.nothing { "Nothing is kept of it: start the page with --state-dir." },
+                Some(trends) => {
+                    nav aria-label="Span" {
+                        @for one in TrendSpan::ALL {
+                            a href={ (page) (between) "trend=" (words_of(one).0) "#trends" }
+                                aria-current=[(one == span).then_some("true")] { (words_of(one).0) }
+                            " "
+                        }
+                    }
+                    div.plot { (PreEscaped(drawing_of_module(&module.module, trends, span).svg())) }
+                }
             }
         }
     }

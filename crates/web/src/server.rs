@@ -8,8 +8,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use observer::NetworkState;
-use session::Network;
 use session::client::Live;
+use session::{CertificateWatch, Network};
 use shell::exit::Failure;
 use shell::shutdown::Shutdown;
 use shell::supervision::Supervisor;
@@ -97,6 +97,8 @@ pub(crate) fn app(
         read_only: read_only(&config.network),
     };
     let WebConfig { network, structure, expected, drawing, timeout, notifier, .. } = config;
+    let mut certificates = network.certificates();
+    certificates.extend(config.access.page_certificate);
     let operator = network.operator();
     let open = move || {
         let network = network.clone();
@@ -114,6 +116,7 @@ pub(crate) fn app(
         streams: Streams::default(),
         metrics: Metrics::new(supervisor.pulse()),
         notifier: Notifier::watching(notifier),
+        certificates: CertificateWatch::start(certificates),
         shutdown,
     }))
 }

@@ -16,7 +16,6 @@ use tokio::time::{Instant, MissedTickBehavior, interval, sleep_until};
 use vocabulary::{CylinderCapability, FaultTransition, ModuleName, ModuleStatus, Topic};
 use zenoh::query::Query;
 
-use super::CertificateWatch;
 use super::answer::{InquiryQueues, OrderInquiry, SharedInquiryCounters, Snapshot, StateInquiry};
 use super::duplicates::DuplicateWatch;
 use super::freeze_frames::FreezeFrames;
@@ -61,7 +60,7 @@ pub(crate) struct SharedState {
     pub(crate) inquiries: SharedInquiryCounters,
     pub(crate) duplicates: DuplicateWatch,
     /// The certificate of the process.
-    pub(crate) certificate: CertificateWatch,
+    pub(crate) certificate: session::CertificateWatch,
     /// For the HTTP endpoints.
     pub(crate) health: Arc<LatestReport>,
     pub(crate) identifications: Arc<SharedCounters<IdentificationReport>>,

@@ -34,6 +34,7 @@ use diagnosis::Diagnoser;
 use diagnosis::messages::Speaker;
 use parking_lot::Mutex;
 use process::{ModuleProcess, ReceivedSample, SampleSize, ShutOffInterlock, WatchedSteps};
+use session::CertificateWatch;
 use shell::clock;
 use shell::exit::Failure;
 use shell::health::Listening;
@@ -164,36 +165,6 @@ impl OpenedStore {
             JournalWriter::open(directory, config.state.rotate_bytes(), config.module())
                 .map_err(|error| Failure::Running(error.to_string()))?;
         Ok(Self { writer, store, watch })
-    }
-}
-
-/// When the certificate of the process expires; read again every hour, since it may be renewed meanwhile.
-#[derive(Debug, Clone)]
-pub(crate) struct CertificateWatch(tokio::sync::watch::Receiver<Option<u64>>);
-
-impl CertificateWatch {
-    const READ_EVERY: Duration = Duration::from_secs(3600);
-
-    /// Reads it now and from then on, in a task that ends with the process.
-    fn start(network: session::Network) -> Self {
-        let (sender, receiver) = tokio::sync::watch::channel(network.certificate_until_unix_s());
-        tokio::spawn(async move {
-            loop {
-                tokio::time::sleep(Self::READ_EVERY).await;
-                let network = network.clone();
-                let read = move || network.certificate_until_unix_s();
-                // The disk may take its time.
-                let Ok(until) = tokio::task::spawn_blocking(read).await else { return };
-                if sender.send(until).is_err() {
-                    return;
-                }
-            }
-        });
-        Self(receiver)
-    }
-
-    fn until_unix_s(&self) -> Option<u64> {
-        *self.0.borrow()
     }
 }
 
@@ -335,7 +306,7 @@ async fn serve(
         freeze_frames,
         inquiries,
         duplicates,
-        certificate: CertificateWatch::start(config.network.clone()),
+        certificate: CertificateWatch::start(config.network.certificates()),
         health,
         identifications,
     };

@@ -116,10 +116,7 @@ fn write_present(status: &ModuleStatus, sheet: &mut Sheet<'_>) -> fmt::Result {
     let help = "When the status was published, which all metrics but the process's are of.";
     let published_s = seconds_of_ns(status.time_unix_ns);
     sheet.seconds("trusswatch_status_timestamp", help, Some(published_s))?;
-    let help = "End of the certificate that the process shows on the network.";
-    #[expect(clippy::cast_precision_loss, reason = "seconds since 1970")]
-    let until_s = status.certificate_until_unix_s.map(|until| until as f64);
-    sheet.seconds("trusswatch_certificate_expiry_timestamp", help, until_s)?;
+    sheet.certificate_expiry(status.certificate_until_unix_s)?;
     let phases = PHASES.map(|phase| (phase.as_str().into(), u64::from(phase == status.phase)));
     sheet.gauges("trusswatch_phase", "1 for the phase that it is in.", "phase", phases)?;
     if let Some(step) = status.step {

@@ -120,19 +120,28 @@ impl Figure {
 
     fn layouts<'a>(&self, row: &'a PanelRow) -> Vec<PlotLayout<'a>> {
         let count = row.divisions() as f64;
-        let cell = (WIDTH - 2.0 * MARGIN - BETWEEN * (count - 1.0)) / count;
-        let plot = cell - AXIS - self.legend_width(row.divisions());
-        let place = |(index, panel): (usize, &'a Panel)| {
-            let left = MARGIN + index as f64 * (cell + BETWEEN);
-            PlotLayout::new(panel, [left + AXIS, plot], [left, left + cell])
+        let legends = self.legend_widths(row.divisions());
+        let beside = BETWEEN * (count - 1.0) + AXIS * count + legends.iter().sum::<f64>();
+        let plot = (WIDTH - 2.0 * MARGIN - beside) / count;
+        let mut left = MARGIN;
+        let place = |(panel, legend): (&'a Panel, &f64)| {
+            let right = left + AXIS + plot + legend;
+            let layout = PlotLayout::new(panel, [left + AXIS, plot], [left, right]);
+            left = right + BETWEEN;
+            layout
         };
-        row.panels.iter().enumerate().map(place).collect()
+        row.panels.iter().zip(&legends).map(place).collect()
     }
 
-    /// Rows with the same number of columns reserve the same width for legends, so that their plots are aligned.
-    fn legend_width(&self, columns: usize) -> f64 {
-        let rows = self.rows.iter().filter(|row| row.divisions() == columns);
-        rows.flat_map(|row| &row.panels).map(legend::width).fold(NO_LEGEND, f64::max)
+    /// The width for legends in each column. Rows with the same number of columns reserve the same, so that their plots
+    /// are aligned.
+    fn legend_widths(&self, columns: usize) -> Vec<f64> {
+        let rows = || self.rows.iter().filter(|row| row.divisions() == columns);
+        let of = |column| {
+            let panels = rows().filter_map(|row| row.panels.get(column));
+            panels.map(legend::width).fold(NO_LEGEND, f64::max)
+        };
+        (0..columns).map(of).collect()
     }
 }
 

@@ -12,12 +12,10 @@ use super::component::{self, Counts};
 use super::id::ModuleId;
 use super::line::sign;
 use super::row::{Belonging, DetectionFacts, RowGroup, StateRow, Urgency};
+use crate::ShownCertificate;
 
 /// Why a module cannot be heard although nothing is wrong with it.
 const CUT_OFF: &str = "this view is cut off from the network";
-/// How long before its end a certificate is said to expire \[s\].
-const EXPIRES_SOON_S: u64 = 21 * DAY_S;
-const DAY_S: u64 = 24 * 3600;
 
 /// What is known of a module. Anything in doubt is shown as unknown, never as normal.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,23 +171,14 @@ impl ModuleView {
         self.status.as_ref().filter(|_| !self.is_silent)
     }
 
-    /// In words, that its certificate expires soon or has expired. A process that is connected goes on until it has to
-    /// connect again.
+    /// In words, that its certificate expires soon or has expired, by its own clock.
     #[must_use]
     pub fn expiring_certificate(&self) -> Option<String> {
         let status = self.present_status()?;
-        let (until, now) = (status.certificate_until_unix_s?, status.time_unix_ns / 1_000_000_000);
-        let left = until.saturating_sub(now);
-        if left > EXPIRES_SOON_S {
-            return None;
-        }
-        let at = utc(until.saturating_mul(1_000_000_000));
-        Some(match left / DAY_S {
-            0 if left == 0 => format!("its certificate has expired ({at})"),
-            0 => format!("its certificate expires within a day ({at})"),
-            1 => format!("its certificate expires in a day ({at})"),
-            days => format!("its certificate expires in {days} days ({at})"),
-        })
+        let until_unix_s = status.certificate_until_unix_s?;
+        let shown = ShownCertificate { name: self.module.to_string(), until_unix_s };
+        let words = shown.expiring(status.time_unix_ns / 1_000_000_000)?;
+        Some(format!("its certificate {words}"))
     }
 
     /// The delay from the publishing of a sample to its diagnosis; `None` if the clocks of publisher and diagnoser

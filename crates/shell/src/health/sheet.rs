@@ -65,6 +65,14 @@ impl Sheet<'_> {
         self.0.encode_descriptor(name, help, unit, MetricType::Gauge)?.encode_gauge(&time_s)
     }
 
+    /// When the first of the process's certificates expires \[s since 1970\]; omitted without one.
+    pub fn certificate_expiry(&mut self, until_unix_s: Option<u64>) -> fmt::Result {
+        let help = "End of the certificate that the process shows on the network.";
+        #[expect(clippy::cast_precision_loss, reason = "seconds since 1970")]
+        let until_s = until_unix_s.map(|until| until as f64);
+        self.seconds("trusswatch_certificate_expiry_timestamp", help, until_s)
+    }
+
     /// A counter, which starts at 0 with the process.
     pub fn counter(&mut self, name: &str, help: &str, count: u64) -> fmt::Result {
         let encoder = self.0.encode_descriptor(name, help, None, MetricType::Counter)?;

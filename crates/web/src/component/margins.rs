@@ -1,17 +1,22 @@
 //! How near a component is to its limits, now and over an hour, a day, a month and a year, and when it may reach one.
 
+use std::collections::BTreeSet;
+
 use figure::plot::{
     Figure, MarkKind, Panel, PanelMark, PanelRow, PlotAxis, Series, SeriesStyle, Shape,
 };
 use maud::{Markup, PreEscaped, html};
 use observer::trend::{Forecast, ModuleSummary, Summary, TrendSpan, daily, forecast};
 use vocabulary::words::utc;
-use vocabulary::{Component, FaultTransition, Margins};
+use vocabulary::{Component, FaultTransition, Margins, ModuleName};
 
 use crate::records::ModuleTrends;
 
-/// Height of a panel \[px\].
+/// Height of a panel \[px\], and of one of many.
 const HEIGHT: f64 = 110.0;
+const LOW_HEIGHT: f64 = 64.0;
+/// Columns of the panels of a module.
+const COLUMNS: usize = 3;
 /// The tests in words, in the order of [`Margins::TESTS`].
 const TESTS: [&str; 4] = [
     "change (divergence)",
@@ -19,6 +24,9 @@ const TESTS: [&str; 4] = [
     "oil content against its reference",
     "noise against its reference",
 ];
+
+/// Likewise, in a word.
+pub(crate) const NAMES: [&str; Margins::TESTS.len()] = ["change", "mean", "oil content", "noise"];
 
 /// The present margins of a component, as a table.
 pub(crate) fn present(margins: &Margins) -> Markup {
@@ -82,37 +90,73 @@ pub(crate) fn forecasts(
 
 fn drawing(transition: &FaultTransition, kept: &ModuleTrends) -> Figure {
     let name = transition.component.component.to_string();
-    let used =
-        |test: usize| kept.spans.iter().flatten().any(|(_, summary)| has(summary, &name, test));
+    let used = |test: usize| TrendSpan::ALL.iter().any(|span| has(kept, *span, &name, test));
     let tests: Vec<usize> = (0..TESTS.len()).filter(|test| used(*test)).collect();
     let panel = |span: TrendSpan| {
-        let series = tests.iter().map(|test| series(kept, span, &name, *test)).collect();
-        let limit = [
-            PanelMark::new(MarkKind::Level, 1.0, if span == TrendSpan::Day { "limit" } else { "" }),
-            PanelMark::new(MarkKind::Level, -1.0, ""),
-        ];
-        let (title, unit, length) = words_of(span);
-        let x = PlotAxis::linear(format!("[{unit}]")).over([-length, 0.0]);
-        Panel::new(title, x, PlotAxis::linear("share of limit").over([-1.15, 1.15]), series)
-            .marked(limit)
+        // One legend is enough.
+        let named = if span == TrendSpan::Day { &tests[..] } else { &[] };
+        panel((words_of(span).0, &name), kept, span, (&tests, named))
     };
+    let rows = [[TrendSpan::Hour, TrendSpan::Day], [TrendSpan::Month, TrendSpan::Year]]
+        .map(|spans| PanelRow::new(HEIGHT, spans.map(panel).into()));
+    figure(&transition.component.to_string(), kept, rows.into())
+}
+
+/// What is kept of all components of a module over a span, drawn; the legend is at the right of the first row.
+pub(crate) fn drawing_of_module(
+    module: &ModuleName,
+    kept: &ModuleTrends,
+    span: TrendSpan,
+) -> Figure {
+    let names: BTreeSet<&String> = kept.span(span).iter().flat_map(|(_, of)| of.keys()).collect();
+    let used = |test: &usize| names.iter().any(|name| has(kept, span, name, *test));
+    let tests: Vec<usize> = (0..TESTS.len()).filter(used).collect();
+    let last_column = names.len().min(COLUMNS).saturating_sub(1);
+    let panel = |(index, name): (usize, &&String)| {
+        let named = if index == last_column { &tests[..] } else { &[] };
+        panel((name, name), kept, span, (&tests, named))
+    };
+    let panels: Vec<Panel> = names.iter().enumerate().map(panel).collect();
+    let row = |panels: &[Panel]| PanelRow::new(LOW_HEIGHT, panels.to_vec()).columns(COLUMNS);
+    figure(module.as_str(), kept, panels.chunks(COLUMNS).map(row).collect())
+}
+
+fn figure(of: &str, kept: &ModuleTrends, rows: Vec<PanelRow>) -> Figure {
     let until = utc(kept.until_unix_s * 1_000_000_000);
     Figure {
         title: "Margins".to_owned(),
-        description: format!("Shares of the limits of {}, up to {until}.", transition.component),
+        description: format!("Shares of the limits of {of}, up to {until}."),
         subtitle: format!("lines: means; bands: extremes; up to {until}"),
-        rows: [[TrendSpan::Hour, TrendSpan::Day], [TrendSpan::Month, TrendSpan::Year]]
-            .map(|spans| PanelRow::new(HEIGHT, spans.map(panel).into()))
-            .into(),
+        rows,
     }
 }
 
-fn has(summary: &ModuleSummary, name: &str, test: usize) -> bool {
-    summary.get(name).is_some_and(|of_component| of_component[test].count > 0)
+/// A component over a span: these tests, of which some are named in the legend.
+fn panel(
+    (title, name): (&str, &str),
+    kept: &ModuleTrends,
+    span: TrendSpan,
+    (tests, named): (&[usize], &[usize]),
+) -> Panel {
+    let words = |test: &usize| if named.contains(test) { NAMES[*test] } else { "" };
+    let series = tests.iter().map(|test| series(kept, span, name, *test, words(test))).collect();
+    let limit = [
+        PanelMark::new(MarkKind::Level, 1.0, if named.is_empty() { "" } else { "limit" }),
+        PanelMark::new(MarkKind::Level, -1.0, ""),
+    ];
+    let (_, unit, length) = words_of(span);
+    let x = PlotAxis::linear(format!("[{unit}]")).over([-length, 0.0]);
+    let y = PlotAxis::linear("share of limit").over([-1.15, 1.15]);
+    Panel::new(title, x, y, series).marked(limit)
+}
+
+fn has(kept: &ModuleTrends, span: TrendSpan, name: &str, test: usize) -> bool {
+    let of = |summary: &ModuleSummary| summary.get(name).is_some_and(|of| of[test].count > 0);
+    kept.span(span).iter().any(|(_, summary)| of(summary))
 }
 
 /// Title, unit and length.
-fn words_of(span: TrendSpan) -> (&'static str, &'static str, f64) {
+pub(crate) fn words_of(span: TrendSpan) -> (&'static str, &'static str, f64) {
     match span {
         TrendSpan::Hour => ("hour", "min", 60.0),
         TrendSpan::Day => ("day", "h", 24.0),
@@ -122,7 +166,7 @@ fn words_of(span: TrendSpan) -> (&'static str, &'static str, f64) {
 }
 
 #[expect(clippy::cast_precision_loss, reason = "seconds of a year")]
-fn series(kept: &ModuleTrends, span: TrendSpan, name: &str, test: usize) -> Series {
+fn series(kept: &ModuleTrends, span: TrendSpan, name: &str, test: usize, words: &str) -> Series {
     let (_, _, length) = words_of(span);
     let unit_s = (span.intervals() * span.interval_s()) as f64 / length;
     let (mut points, mut spread) = (Vec::new(), Vec::new());
@@ -144,9 +188,7 @@ fn series(kept: &ModuleTrends, span: TrendSpan, name: &str, test: usize) -> Seri
         points.push([at, mean]);
         spread.push([mean.min(extreme), mean.max(extreme)]);
     }
-    // One legend is enough.
-    let name = if span == TrendSpan::Day { TESTS[test] } else { "" };
-    Series::new(name, Shape::Line, SeriesStyle::nth(test).solid(), points).spread(spread)
+    Series::new(words, Shape::Line, SeriesStyle::nth(test).solid(), points).spread(spread)
 }
 
 #[cfg(test)]
@@ -204,6 +246,27 @@ mod tests {
             assert!(html.contains(span), "{span}");
         }
         assert!(!html.contains("oil content"), "{html}");
+    }
+
+    #[test]
+    fn a_module_shows_all_its_components_with_one_legend() {
+        let mut kept = kept();
+        for (_, summary) in kept.spans.iter_mut().flatten() {
+            for number in 2..=7 {
+                summary.insert(format!("sensor/g{number}"), summary["sensor/g1"]);
+            }
+        }
+        let svg = drawing_of_module(&"m1".parse().unwrap(), &kept, TrendSpan::Month).svg();
+        if let Some(file) = std::env::var_os("TRUSSWATCH_PICTURES") {
+            let file = std::path::Path::new(&file).join("margins-of-module.svg");
+            std::fs::write(file, &svg).unwrap();
+        }
+        for number in 1..=7 {
+            assert_eq!(svg.matches(&format!(") sensor/g{number}\n")).count(), 1, "{number}");
+        }
+        for name in ["limit", "mean", "noise"] {
+            assert_eq!(svg.matches(&format!("\n{name}\n")).count(), 1, "{name}");
+        }
     }
 
     #[test]

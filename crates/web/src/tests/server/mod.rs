@@ -17,8 +17,8 @@ use axum::routing::get;
 use axum::{Extension, Router};
 use futures_util::stream::pending;
 use maud::html;
-use session::Network;
 use session::client::Live;
+use session::{CertificateWatch, Network};
 use shell::shutdown::{self, Trigger};
 use shell::supervision::Supervisor;
 use tokio::task::JoinHandle;
@@ -77,6 +77,9 @@ impl PageServer {
             streams: Streams::default(),
             metrics: Metrics::new(Supervisor::from_environment().pulse()),
             notifier: Notifier::default(),
+            certificates: CertificateWatch::start(
+                page.page_certificate.clone().into_iter().collect(),
+            ),
             shutdown: shutdown.clone(),
         };
         let shared = Arc::new(app);
