@@ -208,6 +208,8 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path, term
     notify(*words)
     web()
     until("it observes", lambda: trusswatch("health", f"127.0.0.1:{health}", check=False).returncode == 0)
+    # A simulated structure is new after a restart, the cylinder of a real one would still be broken.
+    order(link, "inject", COMPONENT, "hard_over")
     with phone(f"http://127.0.0.1:{port}", rig.folder / "web") as page_of_ada:
         row = page_of_ada.locator("#alarms li").filter(has_text=COMPONENT).first
         # The row is the whole incident, also after the modules were killed.
@@ -220,8 +222,9 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path, term
     # A recipient that is down for a while is told later; the health says so.
     webhook.status = 500
     order(link, "inject", COMPONENT, "--repair")
-    # Oil was refilled: its content is a little different from then on.
-    order(link, "reset", COMPONENT, "--note", "repaired", "--by", "ada", "--re-tare", "--wait", "40")
+    terminal.shows(rf"△ +{COMPONENT} .*ready to re")
+    until("the page says that it can be reset", lambda: "ready to reset" in page(port))
+    order(link, "reset", COMPONENT, "--note", "repaired", "--by", "ada", "--wait", "40")
     until("the others are told", lambda: len(ntfy.heard) == 2 and len(mail.heard) == 2)
     said = until("health names the recipient", lambda: (
         done := trusswatch("health", f"127.0.0.1:{health}", check=False)).returncode == 1 and done.stdout + done.stderr)
@@ -236,6 +239,8 @@ def test_an_incident_is_told_once_to_each_until_it_is_over(tower, tmp_path, term
     statuses = until("people know that it is over", lambda: [document["status"] for document in people.documents()][1:])
     assert statuses == ["resolved"] or statuses[-1] == "resolved"
     assert [len(sink.heard) for sink in (webhook, ntfy, mail)] == [2, 2, 2]
+    terminal.shows("24 of 24 components are normal")
+    assert COMPONENT not in terminal.screen().split("EVENTS")[0]
     # The page, too, remembers all of it, though it was killed.
     with urllib.request.urlopen(f"http://127.0.0.1:{port}/incident?id={incident.replace('@', '%40')}", timeout=10) as answer:
         sheet = answer.read().decode()

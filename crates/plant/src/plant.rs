@@ -120,7 +120,7 @@ impl Plant {
     }
 
     /// Repairs a component; no effect on a healthy one. A repaired actuator keeps its force; its chambers are refilled
-    /// to the corresponding pressures.
+    /// to the corresponding pressures until it follows its demand again.
     ///
     /// # Errors
     /// No such module or component.

@@ -118,10 +118,9 @@ fn a_cylinders_fault_that_was_repaired_at_once_stays_what_it_was() {
         let latest = all.last().and_then(IdentificationResult::decided);
         let latest = latest.unwrap_or_else(|| panic!("{fault} for {lasting} ms: undecided"));
         assert_eq!(latest.kind, fault.kind().into(), "{fault} for {lasting} ms");
-        assert!(
-            all.last().unwrap().as_of > repaired,
-            "{lasting} ms: nothing was seen of the repair"
-        );
+        // The last identification is due two seconds after the onset, and made unless the fault has gone by then.
+        let is_repair_seen = all.last().unwrap().as_of > repaired;
+        assert!(is_repair_seen || lasting > 1000, "{lasting} ms: nothing was seen of the repair");
     }
 }
 

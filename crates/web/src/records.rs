@@ -112,7 +112,15 @@ impl PageRecords {
     fn open(directory: Option<&Path>) -> Result<Self, String> {
         let Some(directory) = directory else { return Ok(Self::default()) };
         let path = directory.join(FILE);
-        let unopened = |error: StoreError| format!("{}: {error}", path.display());
+        let unopened = |error: StoreError| {
+            let right = match error {
+                StoreError::DatabaseAlreadyOpen => {
+                    "another page uses it; give each its --state-dir"
+                }
+                _ => "move it away to start over, without what was kept",
+            };
+            format!("{}: {error}; {right}", path.display())
+        };
         let database = Database::create(&path).map_err(|error| unopened(error.into()))?;
         let kept = RecordDatabase { database, recent: Mutex::default(), problem: Mutex::default() };
         kept.make_tables().map_err(unopened)?;
@@ -651,6 +659,6 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         std::fs::write(directory.path().join(FILE), "rubbish").unwrap();
         let problem = PageRecords::open(Some(directory.path())).unwrap_err();
-        assert!(problem.contains(FILE), "{problem}");
+        assert!(problem.contains(FILE) && problem.contains("move it away"), "{problem}");
     }
 }

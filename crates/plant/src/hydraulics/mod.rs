@@ -33,6 +33,9 @@ use truss::vectorised;
 /// So many healthy actuators are integrated at a time, with the same results as one by one.
 const SIDE_BY_SIDE: usize = 4;
 
+/// How long a repaired actuator is refilled \[s\]: until its force follows the demand again.
+const REFILL_S: f64 = 1.0;
+
 /// The pressures of all actuators.
 #[derive(Debug, Clone)]
 pub(crate) struct Hydraulics {
@@ -42,6 +45,10 @@ pub(crate) struct Hydraulics {
     pressures_pa: Vec<[f64; 2]>,
     states: Vec<ActuatorState>,
     is_shut_off: Vec<bool>,
+    /// Actuators that are being refilled, and for how many more steps.
+    refilling: Vec<(usize, u32)>,
+    /// Steps of a refill.
+    refill_steps: u32,
 }
 
 impl Hydraulics {
@@ -55,6 +62,8 @@ impl Hydraulics {
             pressures_pa: forces_n.iter().map(|&force| parameters.pressures_at(force)).collect(),
             states: vec![ActuatorState::Healthy; forces_n.len()],
             is_shut_off: vec![false; forces_n.len()],
+            refilling: Vec::new(),
+            refill_steps: (REFILL_S / step_s).ceil() as u32,
         }
     }
 
@@ -70,26 +79,39 @@ impl Hydraulics {
         }
     }
 
-    /// Sets the state of an actuator. A change back to healthy is a repair: oil is refilled to the pressures of the
-    /// present force, so that the force does not jump.
+    /// Sets the state of an actuator. A change back to healthy is a repair: until its force follows the demand again, oil
+    /// is refilled to the pressures of the present force, so that the force does not jump.
     pub(crate) fn set(&mut self, actuator: usize, state: ActuatorState) {
-        let places = self.pressures_pa.get_mut(actuator).zip(self.states.get_mut(actuator));
-        if let Some((pressures, present)) = places {
-            *present = state;
-            if state == ActuatorState::Healthy {
-                *pressures = self.parameters.pressures_at(self.parameters.force_n(*pressures));
-            }
-        }
+        let Some(present) = self.states.get_mut(actuator) else { return };
+        let is_repaired = state == ActuatorState::Healthy && *present != ActuatorState::Healthy;
+        *present = state;
+        self.refill(actuator, is_repaired);
     }
 
     /// Shuts an actuator off, whatever its fault, or puts it back; then oil is refilled as by a repair.
     pub(crate) fn shut_off(&mut self, actuator: usize, is_shut_off: bool) {
-        let places = self.pressures_pa.get_mut(actuator).zip(self.is_shut_off.get_mut(actuator));
-        if let Some((pressures, present)) = places {
-            if *present && !is_shut_off {
-                *pressures = self.parameters.pressures_at(self.parameters.force_n(*pressures));
-            }
-            *present = is_shut_off;
+        let Some(present) = self.is_shut_off.get_mut(actuator) else { return };
+        let is_back = *present && !is_shut_off;
+        *present = is_shut_off;
+        self.refill(actuator, is_back);
+    }
+
+    /// Begins to refill an actuator, or stops.
+    fn refill(&mut self, actuator: usize, begins: bool) {
+        self.refilling.retain(|(other, _)| *other != actuator);
+        if begins {
+            self.fill(actuator);
+        }
+        // Put back with its fault, it is not kept full.
+        if begins && self.states[actuator] == ActuatorState::Healthy {
+            self.refilling.push((actuator, self.refill_steps));
+        }
+    }
+
+    /// The pressures of the present force with as much oil as at rest.
+    fn fill(&mut self, actuator: usize) {
+        if let Some(pressures) = self.pressures_pa.get_mut(actuator) {
+            *pressures = self.parameters.pressures_at(self.parameters.force_n(*pressures));
         }
     }
 
@@ -100,6 +122,13 @@ impl Hydraulics {
             #[inline(always)]
             || self.integrate(demands_n, noise_n),
         );
+        for place in 0..self.refilling.len() {
+            let (actuator, steps) = &mut self.refilling[place];
+            *steps -= 1;
+            let actuator = *actuator;
+            self.fill(actuator);
+        }
+        self.refilling.retain(|(_, steps)| *steps > 0);
     }
 
     #[inline(always)]
@@ -415,6 +444,25 @@ mod tests {
         for (pressure, expected) in hydraulics.pressures_pa()[0].iter().zip(healthy) {
             assert!((pressure / expected - 1.0).abs() < 1e-9);
         }
+    }
+
+    /// The way back from the end of its travel takes more oil through one port than through the other.
+    #[test]
+    fn a_repaired_hard_over_has_the_oil_that_it_had() {
+        let parameters = HydraulicParameters::default();
+        let mut hydraulics = one(&parameters, 10e3, ActuatorState::Healthy);
+        let before = hydraulics.pressures_pa()[0];
+        hydraulics.set(0, ActuatorState::HardOver);
+        run(&mut hydraulics, 10e3, 3000);
+        hydraulics.set(0, ActuatorState::Healthy);
+        run(&mut hydraulics, 10e3, 2000);
+        for (pressure, before) in hydraulics.pressures_pa()[0].iter().zip(before) {
+            assert!((pressure - before).abs() < 1e2, "{pressure} {before}");
+        }
+        // Repaired is not immune: the refill does not go on into another fault.
+        hydraulics.set(0, leaking(0.0, 5e-7, 0.0));
+        run(&mut hydraulics, 10e3, 3000);
+        assert!(hydraulics.pressures_pa()[0][0] < before[0] - 1e5);
     }
 
     #[test]
