@@ -97,8 +97,8 @@ mod tests {
         assert!(lines.len() < 30 && lines[0].len() < 80, "{drawn}");
         let is_light = |x: usize, y: usize| match lines[y / 2][x] {
             '█' => true,
-            '▀' => y % 2 == 0,
-            '▄' => y % 2 == 1,
+            '▀' => y.is_multiple_of(2),
+            '▄' => !y.is_multiple_of(2),
             _ => false,
         };
         const PIXELS: usize = 4;
