@@ -51,7 +51,8 @@ def fix(export, nodes):
 def add_member(member, tag, ends):
     if member["kind"] == "rod":
         ops.uniaxialMaterial("Elastic", tag, member["e_pa"])
-        ops.element("Truss", tag, *ends, member["area_m2"], tag)
+        # Damped as beams are, if there is damping.
+        ops.element("Truss", tag, *ends, member["area_m2"], tag, "-doRayleigh", 1)
         return
     # OpenSees takes a vector in the plane of local x and z.
     ops.geomTransf("Linear", tag, *member["local_z"])

@@ -1,7 +1,9 @@
 """The shipped configurations, checked without starting anything."""
 
+import re
 import shutil
 import subprocess
+import tomllib
 
 from conftest import PROGRAMS, ROOT
 
@@ -26,3 +28,13 @@ def test_configurations_are_valid_and_a_misspelt_key_is_named(tmp_path):
     module1.write_text(module1.read_text().replace("\ngage_noise_strain", "\ngage_noise_strian"))
     code, said = check("trusswatch-diagnoser", module1)
     assert code == 3 and "gage_noise_strian" in said, said
+
+
+def test_the_package_for_python_knows_every_key_of_modules_and_plant():
+    """It reads the files by types of its own, and refuses what these do not name."""
+    files = (ROOT / "crates/python/src/files.rs").read_text()
+    for name, table in (("module1.toml", "ModuleFile"), ("module2.toml", "ModuleFile"), ("plant.toml", "PlantDocument")):
+        fields = re.search(rf"struct {table} {{(.*?)^}}", files, re.M | re.S)[1]
+        known = set(re.findall(r'rename = "(\w+)"', fields)) | set(re.findall(r"^    (\w+):", fields, re.M))
+        keys = set(tomllib.loads((ROOT / "configs" / name).read_text()))
+        assert keys <= known, f"{name}: {keys - known} are not fields of {table}"

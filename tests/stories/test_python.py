@@ -329,6 +329,16 @@ def test_plant_gives_the_same_samples_again_and_takes_faults(tw, modules):
     assert sorted(shift[0].round(6).tolist())[-1] == 0.5
     plant.clear(gage)
 
+    # Another structure in place of its own, for one step.
+    actuators_n, levels_n = plant.loads()
+    assert actuators_n.shape == (8,) and levels_n.shape == (len(plant.live_loads_kg), 2)
+    rigid, own = np.zeros(16), plant.advance(1)
+    plant.respond(rigid)
+    still = plant.advance(1)
+    assert all(np.abs(still[module]["elongations_m"]).max() < np.abs(own[module]["elongations_m"]).max() for module in own)
+    with pytest.raises(ValueError, match="give one of each gage"):
+        plant.respond(rigid[1:])
+
 
 def test_recordings_are_the_tables_of_export(tw, tmp_path):
     from mcap.writer import Writer

@@ -67,7 +67,8 @@ impl Failure {
 
     /// A file or directory cannot be read.
     pub(crate) fn unreadable(path: &Path, error: impl Display) -> Failure {
-        Failure::input(format!("cannot read `{}`: {error}", path.display()))
+        let meant = settings::did_you_mean(path);
+        Failure::input(format!("cannot read `{}`: {error}{meant}", path.display()))
     }
 
     /// A file or directory cannot be written.

@@ -48,6 +48,8 @@ pub(crate) struct PlantPart {
     step_s: f64,
     /// The positions of its equipped modules among those of the whole plant.
     places: Vec<usize>,
+    /// What the next sample measures in place of the elongations of its own structure \[m\].
+    response_m: Option<Vec<f64>>,
     buffers: Buffers,
 }
 
@@ -141,6 +143,7 @@ impl PlantPart {
             gage_lengths_m,
             step_s,
             places,
+            response_m: None,
             buffers: Buffers {
                 outputs_m: vec![0.0; outputs.ncols()],
                 true_elongations_m: vec![0.0; gages],
@@ -248,6 +251,22 @@ impl PlantPart {
         }
     }
 
+    /// The next sample measures these elongations \[m\].
+    pub(crate) fn respond(&mut self, elongations_m: &[f64]) {
+        self.response_m = Some(elongations_m.to_vec());
+    }
+
+    /// The number of its gages.
+    pub(crate) fn gages(&self) -> usize {
+        self.gage_lengths_m.len()
+    }
+
+    /// What acts on the structure until the next sample: the force of each actuator, and the wind's on the levels, in x,
+    /// then in y \[N\].
+    pub(crate) fn loads(&self) -> (&[f64], Vec<f64>) {
+        (&self.buffers.inputs_n[..self.buffers.forces_n.len()], self.wind.on_levels())
+    }
+
     /// Displacement of the uppermost level in x and in y at the latest step, in the mean of its nodes \[m\].
     pub(crate) fn top_m(&self) -> &[f64] {
         self.buffers.outputs_m.get(self.gage_lengths_m.len()..).unwrap_or_default()
@@ -267,6 +286,9 @@ impl PlantPart {
     fn measure(&mut self) {
         let buffers = &mut self.buffers;
         self.structure.outputs(&mut buffers.outputs_m);
+        if let Some(response_m) = self.response_m.take() {
+            buffers.outputs_m[..response_m.len()].copy_from_slice(&response_m);
+        }
         let at_rest = self.slow_elongations.elongations_m();
         let both = buffers.outputs_m.iter().zip(at_rest);
         for (elongation, (moving, at_rest)) in buffers.true_elongations_m.iter_mut().zip(both) {

@@ -106,6 +106,38 @@ impl Plant {
         &self.signals
     }
 
+    /// What acts on the structure until the next sample, for a program that steps a structure of its own beside it: the force
+    /// of each actuator in the mean of the step, pushing its ends apart, and the wind's force on each level in x and y in
+    /// its middle, from the lowest that can move up, part by part \[N\]. Before the first sample the loads of the
+    /// equilibrium at the start. Loads on given nodes are not among them.
+    #[must_use]
+    pub fn loads(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let (mut actuators_n, mut levels_n) = (Vec::new(), Vec::new());
+        for part in &self.parts {
+            let (forces_n, wind_n) = part.loads();
+            actuators_n.extend_from_slice(forces_n);
+            let (x, y) = wind_n.split_at(wind_n.len() / 2);
+            levels_n.extend(x.iter().zip(y).map(|(x, y)| [*x, *y]));
+        }
+        (actuators_n, levels_n)
+    }
+
+    /// The next sample measures these elongations in place of those of the plant's own structure, all gages in order \[m\];
+    /// the effects of live loads' weights and of temperature are added. Returns whether their number is right; otherwise
+    /// nothing was changed.
+    pub fn respond(&mut self, elongations_m: &[f64]) -> bool {
+        if elongations_m.len() != self.parts.iter().map(PlantPart::gages).sum::<usize>() {
+            return false;
+        }
+        let mut rest = elongations_m;
+        for part in &mut self.parts {
+            let (own, others) = rest.split_at(part.gages());
+            part.respond(own);
+            rest = others;
+        }
+        true
+    }
+
     /// Injects a fault into a component, replacing any present one; effective from the next [`Plant::advance`].
     ///
     /// # Errors

@@ -56,8 +56,8 @@ pub(crate) struct WindLoads {
     instants: u64,
     /// The forces of all levels in x, then in y \[N\], at the newest instant.
     forces_n: Vec<f64>,
-    /// What they are mapped to, if they are.
-    map: Option<BlockMatrix>,
+    /// What they are mapped to, if they are, and the forces themselves at the instants of the knots.
+    map: Option<(BlockMatrix, [Vec<f64>; 4])>,
     /// Forces, or what they are mapped to, at the last four instants, the oldest first.
     knots: [Vec<f64>; 4],
     steps_per_interval: usize,
@@ -113,12 +113,29 @@ impl WindLoads {
     /// From now on gives what this maps the forces to. Not after the start.
     pub(crate) fn mapped(mut self, map: &DMatrix<f64>) -> Self {
         let map = BlockMatrix::new(map);
-        for knot in &mut self.knots {
-            let forces_n = std::mem::replace(knot, vec![0.0; map.rows()]);
-            map.add_product(&forces_n, knot);
+        let unmapped = self.knots.clone();
+        for (knot, forces_n) in self.knots.iter_mut().zip(&unmapped) {
+            *knot = vec![0.0; map.rows()];
+            map.add_product(forces_n, knot);
         }
-        self.map = Some(map);
+        self.map = Some((map, unmapped));
         self
+    }
+
+    /// The forces on all levels in x, then in y, that [`WindLoads::next`] gave last or mapped; before, those at the start
+    /// \[N\].
+    pub(crate) fn on_levels(&self) -> Vec<f64> {
+        let knots = self.map.as_ref().map_or(&self.knots, |(_, unmapped)| unmapped);
+        let mut forces_n = knots[1].clone();
+        if self.step_in_interval > 0 {
+            interpolate(catmull_rom(self.place(self.step_in_interval - 1)), knots, &mut forces_n);
+        }
+        forces_n
+    }
+
+    /// Where between two instants the middle of a step is.
+    fn place(&self, step: usize) -> f64 {
+        (step as f64 + 0.5) / self.steps_per_interval as f64
     }
 
     /// Writes the forces at the middle of this step \[N\], or what they are mapped to, and advances to the next step.
@@ -127,7 +144,7 @@ impl WindLoads {
             self.step_in_interval = 0;
             self.next_knot();
         }
-        let place = (self.step_in_interval as f64 + 0.5) / self.steps_per_interval as f64;
+        let place = self.place(self.step_in_interval);
         self.step_in_interval += 1;
         let (weights, knots) = (catmull_rom(place), &self.knots);
         vectorised(
@@ -156,9 +173,12 @@ impl WindLoads {
             *fy = pressure * (sine * speed_along + cosine * speed_across);
         }
         let [.., newest] = &mut self.knots;
-        if let Some(map) = &self.map {
+        if let Some((map, unmapped)) = &mut self.map {
             newest.fill(0.0);
             map.add_product(&self.forces_n, newest);
+            unmapped.rotate_left(1);
+            let [.., newest] = unmapped;
+            newest.copy_from_slice(&self.forces_n);
         } else {
             newest.copy_from_slice(&self.forces_n);
         }

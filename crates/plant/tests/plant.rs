@@ -2,10 +2,12 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot set itself up has failed")]
 
+use nalgebra::{DMatrix, DVector};
 use plant::{
-    BaseSpeed, InjectError, Mismatch, MovingLoad, Plant, PlantError, PlantParameters, Signals,
+    BaseSpeed, InjectError, LoadParameters, Mismatch, MovingLoad, Plant, PlantError,
+    PlantParameters, Signals,
 };
-use truss::Structure;
+use truss::{Direction, Level, Mechanics, ModalStepper, Modes, Structure};
 use vocabulary::{ComponentPath, Step, fault::Fault};
 
 const TOWER: &str = include_str!("../../../configs/tower.toml");
@@ -465,4 +467,56 @@ fn true_and_nominal_row_are_taken_apart_alike() {
     let run = record(&mut plant, 2000);
     let largest = run.iter().flat_map(elongations).map(f64::abs).fold(0.0, f64::max);
     assert!(largest > 1e-5 && largest < 1e-3, "{largest}");
+}
+
+/// Another program may step a structure of its own beside the plant. With the same model it responds as the plant's own.
+#[test]
+fn a_structure_stepped_beside_the_plant_responds_as_its_own() {
+    let structure = tower();
+    let loads = LoadParameters { live_load_max_kg: 0.0, ..LoadParameters::default() };
+    let parameters = PlantParameters { loads, ..PlantParameters::default() };
+    let mut alone = Plant::new(&structure, &parameters, 5).unwrap();
+    let mut coupled = alone.clone();
+    let mechanics = Mechanics::assemble(&structure).unwrap();
+    let levels = structure.levels();
+    let is_free = |level: &&Level| level.height_m > levels[0].height_m;
+    let free: Vec<&Level> = levels.iter().filter(is_free).collect();
+    let mut columns: Vec<DVector<f64>> =
+        mechanics.actuator_map.column_iter().map(|column| column.into_owned()).collect();
+    for direction in [Direction::X, Direction::Y] {
+        columns.extend(free.iter().map(|level| {
+            let mut column = DVector::zeros(mechanics.dofs.len());
+            for &node in &level.nodes {
+                let dof = mechanics.dof_index(node, direction).unwrap();
+                column[dof] = 1.0 / level.nodes.len() as f64;
+            }
+            column
+        }));
+    }
+    let modes = Modes::of(&mechanics, structure.damping, None).unwrap();
+    let input_map = DMatrix::from_columns(&columns);
+    let mut beside = ModalStepper::new(&modes, parameters.step_s, &input_map, &mechanics.gage_map);
+    let inputs = |plant: &Plant| {
+        let (mut inputs, levels_n) = plant.loads();
+        assert_eq!(levels_n.len(), free.len());
+        inputs.extend(levels_n.iter().map(|[x, _]| *x));
+        inputs.extend(levels_n.iter().map(|[_, y]| *y));
+        inputs
+    };
+    let no_wind = vec![0.0; modes.shapes.ncols()];
+    beside.settle(&inputs(&coupled), &no_wind);
+    let mut elongations_m = vec![0.0; mechanics.gage_map.nrows()];
+    assert!(!coupled.respond(&elongations_m[1..]));
+    for step in 0..3000 {
+        beside.outputs(&mut elongations_m);
+        assert!(coupled.respond(&elongations_m));
+        let (own, other) = (alone.advance(), coupled.advance());
+        for (own, other) in own.modules.iter().zip(&other.modules) {
+            let both = own.true_elongations_m.iter().zip(&other.true_elongations_m);
+            for (own, other) in both {
+                assert!((own - other).abs() < 1e-12, "step {step}: {own} {other}");
+            }
+        }
+        beside.step(&inputs(&coupled), &no_wind);
+    }
 }

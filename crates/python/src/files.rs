@@ -46,6 +46,8 @@ struct ModuleFile {
     _queries: IgnoredAny,
     #[serde(default, rename = "input")]
     _input: IgnoredAny,
+    #[serde(default, rename = "tolerance")]
+    _tolerance: IgnoredAny,
     #[serde(default, rename = "state")]
     _state: IgnoredAny,
     #[serde(default, rename = "health")]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use diagnosis::messages::Speaker;
 use diagnosis::{Diagnoser, Measurements, ModuleSetup};
-use numpy::PyArray2;
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use plant::Plant;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,6 +21,9 @@ use crate::files::{ConfiguredModule, DescribedPlant, load_plant};
 const PUBLICATION: [&str; 4] = ["incarnation", "durable", "since_unix_ns", "time_unix_ns"];
 /// Nominal runs are counted from here.
 const NOMINAL: u64 = 1 << 32;
+
+/// Of actuators and of levels.
+type LoadArrays = (Py<PyArray1<f64>>, Py<PyArray2<f64>>);
 
 /// A module's signals, step by step, as they are collected.
 #[derive(Default)]
@@ -449,6 +452,39 @@ impl PlantModel {
         let json = fault.py().import("json")?.call_method1("dumps", (fault,))?;
         let fault: Fault = serde_json::from_str(json.extract()?).map_err(value_error)?;
         self.plant.inject(&path(component)?, fault).map_err(value_error)
+    }
+
+    /// Live load of each level that can move, from the bottom up [kg].
+    #[getter]
+    fn live_loads_kg(&self) -> Vec<f64> {
+        self.plant.conditions().live_loads_kg.clone()
+    }
+
+    /// What acts on the structure until the next step, for a structure of your own that is stepped beside the plant.
+    ///
+    /// Returns
+    /// -------
+    /// tuple of arrays
+    ///     The force of each actuator in the mean of the step, pushing its ends apart, (actuators,), and the wind's on each
+    ///     level that can move, from the bottom up, in x and y, shared equally by its nodes, (levels, 2) [N]. Before the
+    ///     first step the loads of the equilibrium at the start.
+    fn loads(&self, py: Python<'_>) -> PyResult<LoadArrays> {
+        let (actuators_n, levels_n) = self.plant.loads();
+        let levels_n = levels_n.into_iter().flatten().collect();
+        Ok((PyArray1::from_vec(py, actuators_n).unbind(), matrix(py, levels_n, 2)?))
+    }
+
+    /// The next step measures these elongations in place of those of the plant's own structure.
+    ///
+    /// Parameters
+    /// ----------
+    /// elongations_m : array, (gages,)
+    ///     Of all gages, module by module [m], without the effect of live loads' weights and of temperature.
+    fn respond(&mut self, elongations_m: PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+        match self.plant.respond(elongations_m.as_slice()?) {
+            true => Ok(()),
+            false => Err(value_error("elongations_m: give one of each gage, module by module")),
+        }
     }
 
     /// Repairs a component; no effect on a healthy one.

@@ -26,7 +26,8 @@ impl SettingsFile {
     /// The file cannot be read.
     pub fn read(file: &Path) -> Result<Self, ConfigErrors> {
         let bytes = std::fs::read(file)
-            .map_err(|error| ConfigErrors::one(file, None, format!("cannot be read: {error}")))?;
+            .map_err(|error| format!("cannot be read: {error}{}", did_you_mean(file)))
+            .map_err(|problem| ConfigErrors::one(file, None, problem))?;
         let text = String::from_utf8(bytes).map_err(|error| {
             let (at, bytes) = (error.utf8_error().valid_up_to(), error.as_bytes());
             let line = bytes[..at].iter().filter(|byte| **byte == b'\n').count() + 1;
@@ -136,6 +137,24 @@ impl SettingsFile {
     }
 }
 
+/// Largest number of letters in which a name that was meant differs from one that does not exist.
+const SIMILAR: usize = 2;
+
+/// The file beside one that does not exist whose name is most like it, as the end of an error; empty without one.
+#[must_use]
+pub fn did_you_mean(file: &Path) -> String {
+    let Some(wanted) = file.file_name().filter(|_| !file.exists()) else { return String::new() };
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = std::fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten();
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    let wanted = wanted.to_string_lossy();
+    let distances = names.map(|name| (strsim::osa_distance(&name, &wanted), name));
+    match distances.filter(|(distance, _)| *distance <= SIMILAR).min() {
+        Some((_, name)) => format!("; did you mean `{}`?", file.with_file_name(name).display()),
+        None => String::new(),
+    }
+}
+
 /// The key of the value at an offset, if it stands on the same line.
 fn key_before(text: &str, offset: usize) -> Option<&str> {
     let line = text.get(..offset)?.rsplit('\n').next()?;
@@ -238,6 +257,25 @@ mod tests {
         assert_eq!(said("a = inf"), "");
         let error = file("a = 1\nn = -3").parse::<BTreeMap<String, u64>>().unwrap_err().to_string();
         assert!(error.starts_with("x.toml:2: `n`: invalid value"), "{error}");
+    }
+
+    #[test]
+    fn a_misspelt_file_is_answered_with_the_one_that_is_there() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("module1.toml");
+        std::fs::write(&file, "a = 1").unwrap();
+        let said = |name: &str| {
+            SettingsFile::read(&folder.path().join(name)).map_err(|errors| errors.to_string())
+        };
+        assert!(said("module1.toml").is_ok());
+        let meant = format!("did you mean `{}`?", file.display());
+        for name in ["modul1.toml", "module1.tmol", "Module1.toml"] {
+            assert!(said(name).unwrap_err().ends_with(&meant), "{:?}", said(name));
+        }
+        assert!(said("tower.toml").unwrap_err().ends_with("(os error 2)"));
+        assert!(
+            SettingsFile::read(Path::new("/")).unwrap_err().to_string().contains("cannot be read")
+        );
     }
 
     #[test]
