@@ -639,7 +639,7 @@ mod tests {
         let title =
             "router.ground.tower: certificate expires in 20 days (2033-06-07T03:34:20.000Z)";
         assert_eq!(told, [(Occasion::Opened, title.to_owned())]);
-        // What is not heard is no reason to forget it.
+        // Being cut off does not resolve it.
         assert_eq!(observe(20, 30), []);
         assert_eq!(observe(365, 31), [(Occasion::Resolved, title.to_owned())]);
     }

@@ -17,20 +17,22 @@ const READ_EVERY: Duration = Duration::from_secs(3600);
 pub struct CertificateWatch(watch::Receiver<Vec<ShownCertificate>>);
 
 impl CertificateWatch {
-    /// Reads the files now and from then on. A file that cannot be read is left out; the checks at the start report it.
+    /// Reads the files now and from then on. A file that cannot be read at the start is left out, which the checks report;
+    /// later, what was last read of it still holds.
     ///
     /// # Panics
     /// Outside of a tokio runtime.
     #[must_use]
     pub fn start(files: Vec<PathBuf>) -> Self {
-        let (sender, receiver) = channel(read(&files));
+        let (sender, receiver) = channel(read(&files, &[]));
         if !files.is_empty() {
             tokio::spawn(async move {
                 loop {
                     sleep(READ_EVERY).await;
-                    let files = files.clone();
+                    let (files, before) = (files.clone(), sender.borrow().clone());
                     // The disk may take its time.
-                    let Ok(shown) = spawn_blocking(move || read(&files)).await else { return };
+                    let read = spawn_blocking(move || read(&files, &before)).await;
+                    let Ok(shown) = read else { return };
                     if sender.send(shown).is_err() {
                         return;
                     }
@@ -62,7 +64,7 @@ impl CertificateWatch {
 /// In words, which certificates in these files expire soon or have expired.
 #[must_use]
 pub fn expiring(files: &[PathBuf], now_unix_s: u64) -> Vec<String> {
-    in_words(&read(files), now_unix_s)
+    in_words(&read(files, &[]), now_unix_s)
 }
 
 fn in_words(shown: &[ShownCertificate], now_unix_s: u64) -> Vec<String> {
@@ -72,10 +74,16 @@ fn in_words(shown: &[ShownCertificate], now_unix_s: u64) -> Vec<String> {
     shown.iter().filter_map(words).collect()
 }
 
-fn read(files: &[PathBuf]) -> Vec<ShownCertificate> {
-    let mut shown: Vec<ShownCertificate> = files.iter().filter_map(|file| read_one(file)).collect();
+/// The certificates in these files. If not all of them can be read, what was read before and is missing now still holds.
+fn read(files: &[PathBuf], before: &[ShownCertificate]) -> Vec<ShownCertificate> {
+    let read: Vec<Option<ShownCertificate>> = files.iter().map(|file| read_one(file)).collect();
+    let is_whole = read.iter().all(Option::is_some);
+    let mut shown: Vec<ShownCertificate> = read.into_iter().flatten().collect();
     // One certificate may serve for the network and for browsers.
     shown.dedup();
+    let is_missing = |old: &&ShownCertificate| !shown.iter().any(|new| new.name == old.name);
+    let missing: Vec<_> = before.iter().filter(is_missing).filter(|_| !is_whole).cloned().collect();
+    shown.extend(missing);
     shown
 }
 
@@ -111,9 +119,13 @@ mod tests {
         let expected = "the certificate operator.web.tower expires in ";
         assert!(words.starts_with(expected) && words.contains(" days ("), "{words}");
         issue(300);
-        let renewed = CertificateWatch::start(vec![file]);
+        let renewed = CertificateWatch::start(vec![file.clone()]);
         assert!(renewed.until_unix_s() > watch.until_unix_s());
         assert_eq!(renewed.expiring(now), Vec::<String>::new());
         assert_eq!(CertificateWatch::start(Vec::new()).until_unix_s(), None);
+        // What cannot be read any more is not over.
+        let gone = [file, folder.path().join("gone.pem")];
+        assert_eq!(read(&gone[1..], &watch.shown()), watch.shown());
+        assert_eq!(read(&gone, &watch.shown()), renewed.shown());
     }
 }
